@@ -224,7 +224,7 @@ pub(crate) struct Progress {
 
 /// Possible cause of an update that does not shrink.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Suspicion {
+pub(crate) enum StagnationCause {
     /// No suspicion: it shrinks, or it is too early to tell.
     None,
     /// Perhaps rounding: it is if all rows are within [`ROUNDINGS`] bounds of their rounding errors.
@@ -260,14 +260,14 @@ impl Progress {
 
     /// The suspicion about the last update, a full one of iteration `iteration`, after one of the size
     /// `before`.
-    pub fn suspicion(&self, before: f64, iteration: u32) -> Suspicion {
+    pub fn stagnation_cause(&self, before: f64, iteration: u32) -> StagnationCause {
         let size = self.last;
         if size < SHRINKS * before || (size > SUSPECT && iteration <= LATE) {
-            Suspicion::None
+            StagnationCause::None
         } else if self.stagnant >= STAGNANT && size <= LAST_UPDATE {
-            Suspicion::Noise
+            StagnationCause::Noise
         } else {
-            Suspicion::Rounding
+            StagnationCause::Rounding
         }
     }
 }
@@ -357,7 +357,7 @@ impl NaturalSizes {
 
 /// Natural sizes that were needed at one step and serve at the next ones.
 #[derive(Clone, Debug)]
-pub(crate) struct Remembered {
+pub(crate) struct RetainedSizes {
     /// [`PART_OF_NATURAL`] of the sizes.
     pub part: Vector,
     /// `1/S`.
@@ -366,7 +366,7 @@ pub(crate) struct Remembered {
     pub level: f64,
 }
 
-impl Remembered {
+impl RetainedSizes {
     /// Takes natural sizes.
     pub fn new(natural: &NaturalSizes) -> Self {
         Self {
@@ -511,17 +511,20 @@ mod tests {
         );
         progress.take(1e-10);
         for stagnant in 1..=STAGNANT {
-            assert_ne!(progress.suspicion(1e-10, 9), Suspicion::Noise);
+            assert_ne!(progress.stagnation_cause(1e-10, 9), StagnationCause::Noise);
             progress.take(0.9e-10);
             assert_eq!(progress.stagnant, stagnant);
         }
-        assert_eq!(progress.suspicion(1e-10, 9), Suspicion::Noise);
+        assert_eq!(progress.stagnation_cause(1e-10, 9), StagnationCause::Noise);
         // large ones may still shrink, in the first iterations
         let mut progress = Progress::new(1.0);
         progress.take(0.9);
-        assert_eq!(progress.suspicion(1.0, LATE), Suspicion::None);
-        assert_eq!(progress.suspicion(1.0, LATE + 1), Suspicion::Rounding);
-        assert_eq!(progress.suspicion(10.0, LATE + 1), Suspicion::None);
+        assert_eq!(progress.stagnation_cause(1.0, LATE), StagnationCause::None);
+        assert_eq!(
+            progress.stagnation_cause(1.0, LATE + 1),
+            StagnationCause::Rounding
+        );
+        assert_eq!(progress.stagnation_cause(10.0, LATE + 1), StagnationCause::None);
     }
 
     #[test]
@@ -552,10 +555,10 @@ mod tests {
             condition: 3.0,
             level: 0.5,
         };
-        let remembered = Remembered::new(&natural);
+        let retained = RetainedSizes::new(&natural);
         let raised = |lately: [f64; 2]| {
             let mut sizes = [0.0, 0.0];
-            remembered.raise(&mut sizes, &lately);
+            retained.raise(&mut sizes, &lately);
             sizes
         };
         assert_eq!(raised([0.5, 0.0]), [1e-6, 2e-6]);

@@ -6,7 +6,7 @@
 use core::cmp::Ordering;
 
 use super::convergence::{
-    LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
+    LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, StagnationCause, Update, converges, is_last,
 };
 use super::elimination::Determinant;
 use crate::solve::dense::Matrix;
@@ -226,7 +226,7 @@ impl Quick for dyn Equations + '_ {
 }
 
 /// Records of an iteration: the sizes of its updates and the natural sizes of the unknowns.
-pub(crate) trait Notes {
+pub(crate) trait IterationRecord {
     /// Records the size of an update relative to the unknowns; not called if one of the first three updates
     /// is the last.
     fn update(&mut self, size: f64) {
@@ -240,10 +240,10 @@ pub(crate) trait Notes {
 }
 
 /// Records nothing.
-impl Notes for () {}
+impl IterationRecord for () {}
 
 /// Records the sizes of the updates.
-impl Notes for Vec<f64> {
+impl IterationRecord for Vec<f64> {
     fn update(&mut self, size: f64) {
         self.push(size);
     }
@@ -269,7 +269,7 @@ pub(crate) struct Root<Z> {
 }
 
 /// An iteration that ended without a root.
-pub(crate) struct Failed {
+pub(crate) struct FailedIteration {
     /// The reason.
     pub reason: StepFailure,
     /// The last unknowns.
@@ -304,7 +304,7 @@ impl<Z> Iterate<Z> {
 }
 
 /// A point of the iteration, or the reason why there is none.
-type Evaluated = Result<Iterate<Vector>, Failed>;
+type Evaluated = Result<Iterate<Vector>, FailedIteration>;
 
 /// The next point of the iteration, and the part of the update that led there.
 type Descent = (Iterate<Vector>, f64);
@@ -447,18 +447,18 @@ fn shrinks(updates: [&[f64]; 2], at: [&[f64]; 2], size: &[f64]) -> bool {
     converges(before, last)
 }
 
-/// Solves the equations by Newton's iteration from `start`, with sizes as in [`quick`]. `notes` records the
+/// Solves the equations by Newton's iteration from `start`, with sizes as in [`quick`]. `record` records the
 /// updates.
 pub(crate) fn solve(
     equations: &dyn Equations,
     start: &Vector,
     size: &Vector,
     max_iterations: u32,
-    notes: &mut dyn Notes,
-) -> Result<Root<Vector>, Failed> {
+    record: &mut dyn IterationRecord,
+) -> Result<Root<Vector>, FailedIteration> {
     match quick(equations, start.clone(), size, max_iterations) {
         Ok(root) => Ok(root),
-        Err(made) => go_on(equations, &made, size, max_iterations, notes),
+        Err(made) => go_on(equations, &made, size, max_iterations, record),
     }
 }
 
@@ -469,8 +469,8 @@ fn go_on(
     made: &[Trial<Vector>; 3],
     size: &Vector,
     max_iterations: u32,
-    notes: &mut dyn Notes,
-) -> Result<Root<Vector>, Failed> {
+    record: &mut dyn IterationRecord,
+) -> Result<Root<Vector>, FailedIteration> {
     if let (true, [_, second, third]) = (equations.may_jump(), made) {
         if equations.are_affine() && third.is_solution() {
             return jump::between_pieces(equations, [second, third], size);
@@ -487,7 +487,7 @@ fn go_on(
         made,
     };
     let [first, second, _] = made;
-    let root = newton.look(&first.at.z, max_iterations, notes)?;
+    let root = newton.look(&first.at.z, max_iterations, record)?;
     if is_declared(equations, &root.z, size) {
         let (bend, close) = bend(
             [&first.at.update, &second.at.update],
@@ -496,7 +496,7 @@ fn go_on(
         );
         return Ok(Root { bend, close, ..root });
     }
-    Err(Failed {
+    Err(FailedIteration {
         reason: StepFailure::Degenerate,
         rows: equations.linearize(&root.z).rows,
         z: root.z,
@@ -593,7 +593,7 @@ pub(crate) fn explain(
     let mut updates = Vec::new();
     let result = solve(equations, start, size, max_iterations, &mut updates);
     let (reason, z, rows) = match result {
-        Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
+        Err(FailedIteration { reason, z, rows, .. }) => (reason, z, rows),
         // not reached: the same iteration fails again
         Ok(root) => (
             StepFailure::NotConverged,
@@ -637,7 +637,7 @@ impl Newton<'_> {
     fn without_update(&self, z: Vector, at: &Linearized) -> Evaluated {
         let rows = at.rows.clone();
         if !rows.is_finite() || !is_finite(at.jacobian.entries()) {
-            return Err(Failed {
+            return Err(FailedIteration {
                 reason: StepFailure::NotFinite,
                 z,
                 rows,
@@ -681,7 +681,7 @@ impl Newton<'_> {
                 update: Vector::zero(count),
             });
         }
-        Err(Failed {
+        Err(FailedIteration {
             reason: StepFailure::Singular,
             z,
             rows,
@@ -720,22 +720,22 @@ impl Newton<'_> {
         mut self,
         start: &Vector,
         max_iterations: u32,
-        notes: &mut dyn Notes,
-    ) -> Result<Root<Vector>, Failed> {
+        record: &mut dyn IterationRecord,
+    ) -> Result<Root<Vector>, FailedIteration> {
         let mut now = self.evaluate(start.clone())?;
         let mut size = now.update(&self.size).relative();
-        notes.update(size);
+        record.update(size);
         if now.update(&self.size).is_small(LAST_UPDATE) || Quick::are_linear(self.equations) {
             return Ok(self.arrive(&now));
         }
         let mut next = self.full_step(&now);
         loop {
             let Ok(at) = &next else {
-                return self.iterate(now, size, next, max_iterations, notes);
+                return self.iterate(now, size, next, max_iterations, record);
             };
             let next_size = at.update(&self.size).relative();
             if at.update(&self.size).settles(&now.update(&self.size)) {
-                notes.update(next_size);
+                record.update(next_size);
                 let stop = Stop::Update;
                 return Ok(Root {
                     stop,
@@ -744,13 +744,13 @@ impl Newton<'_> {
             }
             if !converges(size, next_size) || self.evaluations >= max_iterations {
                 // perhaps the expected size of an unknown is below the accuracy that rounding allows
-                if self.natural.is_none() && self.learn(&at.z, notes) {
+                if self.natural.is_none() && self.learn(&at.z, record) {
                     size = now.update(&self.size).relative();
                     continue;
                 }
-                return self.iterate(now, size, next, max_iterations, notes);
+                return self.iterate(now, size, next, max_iterations, record);
             }
-            notes.update(next_size);
+            record.update(next_size);
             (now, size) = (at.clone(), next_size);
             next = self.full_step(&now);
         }
@@ -758,7 +758,7 @@ impl Newton<'_> {
 
     /// Computes the natural sizes of the unknowns near `z`; `false` if there are none.
     #[cold]
-    fn learn(&mut self, z: &Vector, notes: &mut dyn Notes) -> bool {
+    fn learn(&mut self, z: &Vector, record: &mut dyn IterationRecord) -> bool {
         if z.len() < 2 {
             return false; // a single unknown has no coupling
         }
@@ -772,7 +772,7 @@ impl Newton<'_> {
             return false;
         }
         self.size = natural.raise(&self.size);
-        notes.natural_sizes(&natural);
+        record.natural_sizes(&natural);
         self.natural = Some(natural.sizes);
         true
     }
@@ -786,8 +786,8 @@ impl Newton<'_> {
         mut size: f64,
         next: Evaluated,
         max_iterations: u32,
-        notes: &mut dyn Notes,
-    ) -> Result<Root<Vector>, Failed> {
+        record: &mut dyn IterationRecord,
+    ) -> Result<Root<Vector>, FailedIteration> {
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
         let mut progress = Progress::new(size);
         let mut evaluated = Some(next);
@@ -796,7 +796,7 @@ impl Newton<'_> {
             let (before, last_size) = (now, progress.last());
             (now, part) = (next, taken);
             size = now.update(&self.size).relative();
-            notes.update(size);
+            record.update(size);
             if size == 0.0 {
                 return Ok(self.arrive(&now));
             }
@@ -807,9 +807,9 @@ impl Newton<'_> {
             if is_last(last_size, size) {
                 return Ok(self.arrive(&now));
             }
-            let suspicion = progress.suspicion(last_size, iteration);
-            if suspicion != Suspicion::None {
-                let noise = suspicion == Suspicion::Noise;
+            let stagnation_cause = progress.stagnation_cause(last_size, iteration);
+            if stagnation_cause != StagnationCause::None {
+                let noise = stagnation_cause == StagnationCause::Noise;
                 let at_now = self.roundings(&now);
                 if at_now <= ROUNDINGS || noise {
                     let best = if self.roundings(&before) < at_now {
@@ -828,7 +828,7 @@ impl Newton<'_> {
                 }
             }
         }
-        Err(Failed {
+        Err(FailedIteration {
             reason: StepFailure::NotConverged,
             z: now.z,
             rows: now.rows,
@@ -847,7 +847,7 @@ impl Newton<'_> {
         mut evaluated: Option<Evaluated>,
         mut part: f64,
         patience: &mut u32,
-    ) -> Result<Descent, Failed> {
+    ) -> Result<Descent, FailedIteration> {
         let mut full = None;
         while part >= SMALLEST_PART {
             let trial = match evaluated.take() {
@@ -874,7 +874,7 @@ impl Newton<'_> {
                 *patience -= 1;
                 Ok(next)
             }
-            _ => Err(Failed {
+            _ => Err(FailedIteration {
                 reason: StepFailure::NotConverged,
                 z: from.z.clone(),
                 rows: from.rows.clone(),

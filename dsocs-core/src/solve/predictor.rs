@@ -3,9 +3,9 @@
 use core::marker::PhantomData;
 use core::ops::Sub;
 
-use super::convergence::{NaturalSizes, Remembered};
+use super::convergence::{NaturalSizes, RetainedSizes};
 use super::elimination::Determinant;
-use super::newton::Notes;
+use super::newton::IterationRecord;
 use super::unknown::Unknown;
 use crate::number::array::Array;
 use crate::number::point::copy;
@@ -35,7 +35,7 @@ pub(crate) struct Predictor {
     /// last smooth step were multiplied, NaN before it.
     past: Vec<f64>,
     /// The natural sizes of the unknowns, if they were needed lately.
-    natural: Option<Box<Remembered>>,
+    natural: Option<Box<RetainedSizes>>,
     /// The determinants at the last solutions.
     pub determinants: Determinants,
 }
@@ -51,7 +51,7 @@ pub(crate) struct Arrays<'p, U> {
     /// The determinants at the last solutions.
     pub determinants: &'p mut Determinants,
     /// The natural sizes, if they were needed lately.
-    pub natural: Option<&'p Remembered>,
+    pub natural: Option<&'p RetainedSizes>,
 }
 
 /// Backward differences and sizes for numbers of any type, such as lanes.
@@ -519,12 +519,12 @@ impl Predictor {
     }
 
     /// The natural sizes of the unknowns, where they were needed lately.
-    pub fn natural(&self) -> Option<&Remembered> {
+    pub fn natural(&self) -> Option<&RetainedSizes> {
         self.natural.as_deref()
     }
 
     /// Sets the natural sizes.
-    pub fn set_natural(&mut self, natural: Option<Remembered>) {
+    pub fn set_natural(&mut self, natural: Option<RetainedSizes>) {
         self.natural = natural.map(Box::new);
     }
 
@@ -571,9 +571,9 @@ impl Predictor {
     }
 }
 
-impl Notes for Predictor {
+impl IterationRecord for Predictor {
     fn natural_sizes(&mut self, sizes: &NaturalSizes) {
-        self.natural = Some(Box::new(Remembered::new(sizes)));
+        self.natural = Some(Box::new(RetainedSizes::new(sizes)));
     }
 }
 

@@ -18,7 +18,7 @@ use crate::solve::Vector;
 use crate::solve::sum::Sum;
 
 pub(crate) use series::{Coefficient, about};
-pub(crate) use tangent::{Carried, Number, body, body_covector, carried, of_nodes, turn_rates};
+pub(crate) use tangent::{LegTangent, Number, body, body_covector, carried, of_nodes, turn_rates};
 pub(crate) use update::part_of_update;
 
 /// Number of slots of a rotation.

@@ -133,7 +133,7 @@ impl Sparse {
     /// `pivot` receives every pivot, in order; their product is the determinant, up to its sign
     /// ([`Sparse::is_odd`]).
     #[inline]
-    pub(crate) fn update<T: Working, U: Clone + AsRef<[T]> + AsMut<[T]>>(
+    pub(crate) fn update<T: ThreadWorkspace, U: Clone + AsRef<[T]> + AsMut<[T]>>(
         &self,
         evaluate: impl FnOnce(&mut [T]) -> U,
         pivot: impl FnMut(T),
@@ -379,14 +379,14 @@ impl Product {
 }
 
 /// Numbers for which every thread keeps the workspace of an elimination.
-pub(crate) trait Working: Scalar {
+pub(crate) trait ThreadWorkspace: Scalar {
     /// Calls `work` with a workspace of `length` numbers.
     fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R;
 }
 
 macro_rules! working {
     ($($number:ty),*) => {
-        $(impl Working for $number {
+        $(impl ThreadWorkspace for $number {
             #[inline]
             fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R {
                 thread_local! {
@@ -408,7 +408,7 @@ macro_rules! working {
 
 working!(f64);
 
-impl<R: Chosen> Working for Lanes<R> {
+impl<R: Chosen> ThreadWorkspace for Lanes<R> {
     #[inline]
     fn with_room<T>(length: usize, work: impl FnOnce(&mut [Self]) -> T) -> T {
         R::with_room(length, work)

@@ -6,7 +6,9 @@
 //! between them the rows jump. There they have a root in the sense of Filippov: a value between those of the
 //! two sides solves them.
 
-use super::{Equations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product};
+use super::{
+    Equations, FailedIteration, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product,
+};
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
 
@@ -36,7 +38,7 @@ pub(super) fn between_pieces(
     equations: &dyn Equations,
     [second, third]: [&Trial<Vector>; 2],
     size: &Vector,
-) -> Result<Root<Vector>, Failed> {
+) -> Result<Root<Vector>, FailedIteration> {
     let (mut before, mut now) = (second.clone(), third.clone());
     let mut evaluations = 3;
     loop {
@@ -44,7 +46,7 @@ pub(super) fn between_pieces(
             return Ok(root);
         }
         if evaluations >= PIECES || !now.is_solution() {
-            return Err(Failed {
+            return Err(FailedIteration {
                 reason: StepFailure::NotConverged,
                 z: now.at.z,
                 rows: now.at.rows,

@@ -24,7 +24,7 @@ type Matrix<T> = [[T; 3]; 3];
 /// Derivatives of the second node of a leg, `q∘τ(x)`, by its first node and by its increment `x`, as small
 /// turns.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Carried<T> {
+pub(crate) struct LegTangent<T> {
     /// By a turn of the first node: the inverse of the rotation `τ(x)`.
     pub by_node: Matrix<T>,
     /// By the increment: the left tangent of `τ`.
@@ -49,7 +49,7 @@ fn times<T: Number>(matrix: &Matrix<T>, v: [T; 3]) -> [T; 3] {
     matrix.map(|[x, y, z]| x * v[0] + y * v[1] + z * v[2])
 }
 
-impl<T: Number> Carried<T> {
+impl<T: Number> LegTangent<T> {
     /// The derivatives for a leg with the increment `x`.
     #[inline(always)]
     pub fn of(x: [T; 3]) -> Self {
@@ -88,7 +88,7 @@ pub(crate) fn carried(rotations: &[usize], d: &[f64], node: &[f64], increment: &
         else {
             continue;
         };
-        let [x, y, z] = Carried::of(x).forward(q, d);
+        let [x, y, z] = LegTangent::of(x).forward(q, d);
         put([0.0, x, y, z], first, &mut sum);
     }
     sum
