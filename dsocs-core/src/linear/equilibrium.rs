@@ -22,7 +22,7 @@ use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
 
 pub use error::EquilibriumError;
-use rest::{Rest, Unknowns};
+use rest::{RestEquations, Unknowns};
 
 /// Two equilibria are the same if their coordinates and free parameters differ by less than this, relative to
 /// themselves or absolute where they are below 1.
@@ -304,7 +304,7 @@ impl<'s> EquilibriumSearch<'s> {
             }
         })?;
         let values = values_of(self.system);
-        let rest = Rest {
+        let rest = RestEquations {
             declaration: Declaration::of(self.system),
             t: self.t,
             guess: &guess,

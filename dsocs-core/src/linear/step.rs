@@ -29,7 +29,7 @@ const SETTLED: f64 = 8.0 * f64::EPSILON;
 const GOOD: f64 = 1e-11;
 
 /// A solved step, with the derivatives of its equations and its node.
-struct Solved {
+struct SolvedStep {
     h: f64,
     rotations: Vec<usize>,
     leg: OwnedLeg<f64>,
@@ -42,13 +42,13 @@ struct Solved {
 
 /// A change of the first two nodes of a step: of the middle node, and of the increment divided by the step.
 #[derive(Clone, Debug)]
-struct Pair {
+struct LegChange {
     q: Vec<f64>,
     rate: Vec<f64>,
     parameter: Option<usize>,
 }
 
-impl Pair {
+impl LegChange {
     /// The pair from both changes, one after the other.
     fn of(both: &[f64], parameter: Option<usize>) -> Self {
         let (q, rate) = both.split_at(both.len() / 2);
@@ -71,13 +71,13 @@ impl Pair {
 }
 
 /// The changes of a step's results.
-struct Change {
+struct ResultChange {
     e: Vec<f64>,
     /// Position, velocity, acceleration and time of the node, then the constraint force.
     node: Vec<f64>,
 }
 
-impl Solved {
+impl SolvedStep {
     /// Solves the step after a leg, near a second difference.
     fn of(system: &dyn Kernel, h: f64, leg: OwnedLeg<f64>, near: &[f64]) -> Result<Self, LinearizationError> {
         let declaration = Declaration::of(system);
@@ -123,7 +123,7 @@ impl Solved {
     }
 
     /// The changes of the second difference and the node for a change of the first two nodes.
-    fn change(&self, pair: &Pair) -> Option<Change> {
+    fn change(&self, pair: &LegChange) -> Option<ResultChange> {
         let right = self.rows.along(&|leaf| pair.rate(self.h, leaf));
         let right: Vec<f64> = right.iter().map(|row| -row).collect();
         let z = self.jacobian.solve(&right)?;
@@ -135,7 +135,7 @@ impl Solved {
             Leaf::E(i) => e.get(i).copied().unwrap_or(0.0),
             other => pair.rate(self.h, other),
         });
-        Some(Change { e, node })
+        Some(ResultChange { e, node })
     }
 
     /// The leg to the next node.
@@ -154,7 +154,7 @@ impl Solved {
     }
 
     /// The change of the next leg.
-    fn next_pair(&self, pair: &Pair, e: &[f64]) -> Pair {
+    fn next_pair(&self, pair: &LegChange, e: &[f64]) -> LegChange {
         let rate: Vec<f64> = pair
             .rate
             .iter()
@@ -162,7 +162,7 @@ impl Solved {
             .map(|(rate, e)| rate + e / self.h)
             .collect();
         let increment: Vec<f64> = rate.iter().map(|rate| self.h * rate).collect();
-        Pair {
+        LegChange {
             q: rotation::carried(&self.rotations, &self.next_increment(), &pair.q, &increment),
             rate,
             parameter: pair.parameter,
@@ -200,7 +200,7 @@ fn failed(
 
 /// The constraints on positions and velocities on a leg: on its first node, and on the leg; as functions of
 /// the middle node and the increment.
-struct LegBonds {
+struct LegConstraints {
     h: f64,
     rotations: Vec<usize>,
     /// The increment from the second node back to the first.
@@ -209,7 +209,7 @@ struct LegBonds {
     pair: Slopes,
 }
 
-impl LegBonds {
+impl LegConstraints {
     fn of(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Self {
         let rotations = declaration.shape().rotations.to_vec();
         let back: Vec<f64> = leg.d.iter().map(|d| -d).collect();
@@ -234,7 +234,7 @@ impl LegBonds {
     }
 
     /// The changes of the rows for a change of the first two nodes.
-    fn along(&self, pair: &Pair) -> Vec<f64> {
+    fn along(&self, pair: &LegChange) -> Vec<f64> {
         let increment: Vec<f64> = pair.rate.iter().map(|rate| -self.h * rate).collect();
         let first = Direction {
             q: rotation::carried(&self.rotations, &self.back, &pair.q, &increment),
@@ -265,7 +265,7 @@ impl LegBonds {
                 .collect::<Vec<f64>>()
         };
         let columns: Vec<Vec<f64>> = (0..2 * coordinates)
-            .map(|j| self.along(&Pair::of(&unit(j), None)))
+            .map(|j| self.along(&LegChange::of(&unit(j), None)))
             .collect();
         let still = self
             .rotations
@@ -277,30 +277,30 @@ impl LegBonds {
 
 /// The changes of a leg along which its state changes by one minimal coordinate after the other.
 struct Tangents {
-    pairs: Vec<Pair>,
+    pairs: Vec<LegChange>,
     /// Position and velocity of the middle node, one after the other.
     states: Vec<Vec<f64>>,
     constraint_rows: Rows,
-    leg_bonds: LegBonds,
+    leg_constraints: LegConstraints,
 }
 
 /// The change of the state, position and velocity one after the other.
-fn state(pair: &Pair, change: &Change) -> Vec<f64> {
+fn state(pair: &LegChange, change: &ResultChange) -> Vec<f64> {
     let n = pair.q.len();
     [&pair.q[..], &change.node[n..2 * n]].concat()
 }
 
 impl Tangents {
     /// The tangents of a solved step.
-    fn of(declaration: &Declaration<'_>, solved: &Solved, chart: &Chart) -> Option<Self> {
+    fn of(declaration: &Declaration<'_>, solved: &SolvedStep, chart: &Chart) -> Option<Self> {
         let n = solved.coordinates();
-        let leg_bonds = LegBonds::of(declaration, solved.h, solved.leg.any());
-        let constraint_rows = leg_bonds.rows(n);
-        let free: Vec<Pair> = constraint_rows
+        let leg_constraints = LegConstraints::of(declaration, solved.h, solved.leg.any());
+        let constraint_rows = leg_constraints.rows(n);
+        let free: Vec<LegChange> = constraint_rows
             .kernel()
             .vectors
             .iter()
-            .map(|both| Pair::of(both, None))
+            .map(|both| LegChange::of(both, None))
             .collect();
         let states: Vec<Vec<f64>> = free
             .iter()
@@ -325,7 +325,7 @@ impl Tangents {
                 }
                 sum
             };
-            pairs.push(Pair::of(
+            pairs.push(LegChange::of(
                 &sum(&|j| [&free[j].q[..], &free[j].rate[..]].concat()),
                 None,
             ));
@@ -335,16 +335,16 @@ impl Tangents {
             pairs,
             states: along,
             constraint_rows,
-            leg_bonds,
+            leg_constraints,
         })
     }
 
     /// The change of a leg for a change of a parameter with constant minimal coordinates.
-    fn of_parameter(&self, solved: &Solved, chart: &Chart, parameter: usize) -> Option<Pair> {
+    fn of_parameter(&self, solved: &SolvedStep, chart: &Chart, parameter: usize) -> Option<LegChange> {
         let n = solved.coordinates();
-        let still = Pair::of(&vec![0.0; 2 * n], Some(parameter));
-        let changes: Vec<f64> = self.leg_bonds.along(&still).iter().map(|x| -x).collect();
-        let mut pair = Pair::of(&self.constraint_rows.shortest(&changes), Some(parameter));
+        let still = LegChange::of(&vec![0.0; 2 * n], Some(parameter));
+        let changes: Vec<f64> = self.leg_constraints.along(&still).iter().map(|x| -x).collect();
+        let mut pair = LegChange::of(&self.constraint_rows.shortest(&changes), Some(parameter));
         let both = state(&pair, &solved.change(&pair)?);
         let parts = chart.coordinates(&both[..n], &both[n..]);
         for (part, own) in parts.iter().zip(&self.pairs) {
@@ -358,7 +358,12 @@ impl Tangents {
 
 /// The solved step whose middle node has the given position, and the given velocity along the free
 /// directions.
-fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<Solved, LinearizationError> {
+fn solved_at(
+    system: &dyn Kernel,
+    h: f64,
+    at: &At<'_>,
+    chart: &Chart,
+) -> Result<SolvedStep, LinearizationError> {
     let declaration = &Declaration::of(system);
     let n = at.q.len();
     let moving: Vec<usize> = (0..n).filter(|place| declaration.shape().moves(*place)).collect();
@@ -380,8 +385,8 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
     let mut near: Vec<f64> = at.a.iter().map(|a| h * h * a).collect();
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
-        let solved = Solved::of(system, h, leg.clone(), &near)?;
-        let constraint_rows = LegBonds::of(declaration, h, leg.any());
+        let solved = SolvedStep::of(system, h, leg.clone(), &near)?;
+        let constraint_rows = LegConstraints::of(declaration, h, leg.any());
         let rows_of = |velocity: &[f64], bound: &[f64]| -> Vec<f64> {
             let mut rows = chart.velocities.coordinates(velocity);
             rows.extend(constraint_rows.of_increment(bound));
@@ -397,7 +402,7 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
         let wanted = rows_of(&missing, &bound);
         let mut columns = Vec::with_capacity(moving.len());
         for &j in &moving {
-            let mut pair = Pair::of(&vec![0.0; 2 * n], None);
+            let mut pair = LegChange::of(&vec![0.0; 2 * n], None);
             pair.rate[j] = 1.0;
             let change = solved.change(&pair).ok_or_else(|| singular(declaration, at))?;
             columns.push(rows_of(&change.node[n..2 * n], &constraint_rows.along(&pair)));
@@ -434,7 +439,7 @@ pub(super) fn linearized(
     corner::check(declaration, at)?;
     let chart = ConstraintRows::of(declaration, at).chart();
     let here = solved_at(system, h, at, &chart)?;
-    let next = Solved::of(system, h, here.next(), &here.e)?;
+    let next = SolvedStep::of(system, h, here.next(), &here.e)?;
     corner::check_triple(declaration, h, &Triple::new(here.leg.any(), &here.e), at)?;
     let (point, point_after) = (here.point(), next.point());
     let next_chart = {
@@ -462,7 +467,7 @@ pub(super) fn linearized(
     let measured = Measured::of(declaration, inputs_outputs, &place, &here.leg.q);
     let (n, rotations) = (here.coordinates(), &declaration.shape().rotations);
     // the columns of the state and of the outputs, for a change of the leg
-    let column = |pair: &Pair| -> Option<[Vec<f64>; 2]> {
+    let column = |pair: &LegChange| -> Option<[Vec<f64>; 2]> {
         let change = here.change(pair)?;
         let pair_after = here.next_pair(pair, &change.e);
         let change_after = next.change(&pair_after)?;

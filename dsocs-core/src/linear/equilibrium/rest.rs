@@ -63,7 +63,7 @@ impl Unknowns {
 }
 
 /// The equations of rest from a guess.
-pub(super) struct Rest<'r> {
+pub(super) struct RestEquations<'r> {
     pub(super) declaration: Declaration<'r>,
     pub(super) t: f64,
     pub(super) guess: &'r [f64],
@@ -86,12 +86,12 @@ struct Rows {
 }
 
 /// A solution.
-pub(super) struct Found {
+pub(super) struct RestSolution {
     pub(super) x: Vec<f64>,
     rows: Rows,
 }
 
-impl Rest<'_> {
+impl RestEquations<'_> {
     /// The position for given unknowns, with held coordinates at the guess. For a rotation the unknowns are
     /// the increment from the guess.
     pub(super) fn position(&self, x: &[f64]) -> Vec<f64> {
@@ -301,7 +301,7 @@ impl Rest<'_> {
     }
 
     /// The equilibrium from the guess.
-    pub(super) fn found(&self) -> Result<Found, EquilibriumError> {
+    pub(super) fn found(&self) -> Result<RestSolution, EquilibriumError> {
         let found = self.solved(self.first())?;
         let by_time = found.rows.slopes.by(Leaf::T);
         let mut scaled = by_time.iter().zip(&found.rows.lengths);
@@ -315,17 +315,17 @@ impl Rest<'_> {
     }
 
     /// Newton's iteration.
-    fn solved(&self, mut x: Vec<f64>) -> Result<Found, EquilibriumError> {
+    fn solved(&self, mut x: Vec<f64>) -> Result<RestSolution, EquilibriumError> {
         let mut rows = self.rows(&x).ok_or_else(|| self.undefined(&x))?;
         for iteration in 0..MAX_ITERATIONS {
             if rows.are_zero() {
-                return Ok(Found { x, rows });
+                return Ok(RestSolution { x, rows });
             }
             let update = self.update(&rows, &x);
             let small = self.is_small(&update, &x);
             let Some((next, rows_there)) = self.improved(&x, &update, &rows) else {
                 if small && rows.are_small(largest(&x)) {
-                    return Ok(Found { x, rows });
+                    return Ok(RestSolution { x, rows });
                 }
                 return Err(self.not_found(&x, &rows, iteration));
             };
@@ -334,7 +334,7 @@ impl Rest<'_> {
         // a multiple root, at which each update is a fixed part of the one before
         let update = self.update(&rows, &x);
         if self.is_small(&update, &x) && rows.are_small(largest(&x)) {
-            return Ok(Found { x, rows });
+            return Ok(RestSolution { x, rows });
         }
         Err(self.not_found(&x, &rows, MAX_ITERATIONS))
     }
@@ -434,7 +434,7 @@ impl Rest<'_> {
     }
 
     /// The directions in which other equilibria lie: changes of the position, then of the free parameters, an orthonormal basis.
-    pub(super) fn continuum(&self, found: &Found) -> Vec<Vec<f64>> {
+    pub(super) fn continuum(&self, found: &RestSolution) -> Vec<Vec<f64>> {
         let place = self.unknowns.of_place();
         let singular = found.rows.matrix.decomposed();
         let [_, largest] = singular.extremes();
@@ -470,7 +470,7 @@ impl Rest<'_> {
 
     /// Whether there are other equilibria along a direction: from a point there, the iteration does not lead
     /// back.
-    fn goes_on(&self, found: &Found, direction: &[f64]) -> bool {
+    fn goes_on(&self, found: &RestSolution, direction: &[f64]) -> bool {
         let size = found
             .x
             .iter()
