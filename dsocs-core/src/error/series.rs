@@ -281,7 +281,7 @@ impl fmt::Display for SeriesError {
                     "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {}; or let the run end here, and begin another \
                      one with the {what} after the jump",
                     coordinates.join(", "),
-                    Jumping(switch.as_deref(), *by)
+                    JumpText(switch.as_deref(), *by)
                 )
             }
         }
@@ -289,9 +289,9 @@ impl fmt::Display for SeriesError {
 }
 
 /// The cause of a jump of the velocity or the position, and what to write instead.
-struct Jumping<'a>(Option<&'a str>, Jump);
+struct JumpText<'a>(Option<&'a str>, Jump);
 
-impl fmt::Display for Jumping<'_> {
+impl fmt::Display for JumpText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(switch, by) = *self;
         if let Some(function) = switch.and_then(function_of) {

@@ -106,7 +106,7 @@ impl PartErrors {
         if system.shape().is_of_third_order() {
             return Err(SetupError::ThirdOrder { method });
         }
-        let place = Place::new(system, motion, h);
+        let place = ExactNodes::new(system, motion, h);
         let [forces, external_forces] = place.forces();
         let [positions, velocities, accelerations] = place.rows();
         let [displacements, equations] = place.works();
@@ -125,7 +125,7 @@ impl PartErrors {
 }
 
 /// Three nodes of the motion, and the exact quantities at the middle one.
-struct Place<'s> {
+struct ExactNodes<'s> {
     system: &'s dyn Kernel,
     declaration: Declaration<'s>,
     h: f64,
@@ -150,12 +150,12 @@ fn bounded(x: &[f64]) -> Vec<Bounded> {
 }
 
 /// A component of a force's residual, with its rounding bound.
-struct Rest {
+struct ResidualComponent {
     value: f64,
     error: f64,
 }
 
-impl<'s> Place<'s> {
+impl<'s> ExactNodes<'s> {
     fn new(system: &'s dyn Kernel, motion: &Expansion, h: f64) -> Self {
         let declaration = Declaration::of(system);
         let (triple, point) = (motion.triple(h), motion.point(0.0));
@@ -373,7 +373,7 @@ impl<'s> Place<'s> {
 }
 
 /// The residual `Q − Σ λ_j α_j` of a force with the best-fitting multipliers.
-fn left(force: &[Bounded], forms: &[Vec<Bounded>]) -> Vec<Rest> {
+fn left(force: &[Bounded], forms: &[Vec<Bounded>]) -> Vec<ResidualComponent> {
     let value = |x: &[Bounded]| -> Vec<f64> { x.iter().map(|x| x.lane(0)).collect() };
     let values: Vec<Vec<f64>> = forms.iter().map(|form| value(form)).collect();
     let multipliers = multipliers(&value(force), &values);
@@ -382,7 +382,7 @@ fn left(force: &[Bounded], forms: &[Vec<Bounded>]) -> Vec<Rest> {
         for (form, &multiplier) in forms.iter().zip(&multipliers) {
             rest = rest - form[i] * Bounded::splat(multiplier);
         }
-        Rest {
+        ResidualComponent {
             value: rest.lane(0),
             error: rest.error(),
         }

@@ -108,7 +108,7 @@ impl<'e> AnyEvent<'e> {
         declaration: &Declaration<'_>,
         polynomial: &AnyPolynomial<'_>,
         s: f64,
-        work: &mut Work,
+        work: &mut EventWorkspace,
     ) -> f64 {
         polynomial.point(s, &mut work.point);
         let jets = work.point.map(Jet::from);
@@ -284,7 +284,7 @@ impl<'e, const N: usize> Events<'e, N> {
 
 /// The workspace of event functions.
 #[derive(Debug)]
-pub(super) struct Work {
+pub(super) struct EventWorkspace {
     pub(super) call: Call,
     point: OwnedPoint<f64>,
 }
@@ -294,7 +294,7 @@ pub(super) struct Work {
 pub struct AnyEvents<'e> {
     pub(super) watched: Vec<AnyEvent<'e>>,
     pub(super) sides: Vec<f64>,
-    pub(super) work: Work,
+    pub(super) work: EventWorkspace,
     crossings: Vec<Crossing>,
     pub(super) found: Vec<(f64, usize, bool)>,
     /// The motion to the current node of the run.
@@ -309,7 +309,7 @@ impl<'e> AnyEvents<'e> {
         Self {
             watched: events,
             sides,
-            work: Work {
+            work: EventWorkspace {
                 call: Call::default(),
                 point: OwnedPoint::zero(0),
             },
@@ -535,7 +535,7 @@ fn tell(
 }
 
 /// The series of position and velocity about another point of a step.
-pub(super) struct Shifted {
+pub(super) struct ShiftedSeries {
     t: f64,
     order: usize,
     dimension: usize,
@@ -544,9 +544,9 @@ pub(super) struct Shifted {
     q: Vec<f64>,
 }
 
-pub(super) fn shifted(polynomial: &AnyPolynomial<'_>, s: f64) -> Shifted {
+pub(super) fn shifted(polynomial: &AnyPolynomial<'_>, s: f64) -> ShiftedSeries {
     let series = polynomial.series;
-    let mut shifted = Shifted {
+    let mut shifted = ShiftedSeries {
         t: polynomial.time(s),
         order: series.order(),
         dimension: series.dimension(),
@@ -576,7 +576,7 @@ fn shift(coefficients: &mut [f64], dimension: usize, s: f64) {
 pub(super) fn expand(
     event: &AnyEvent<'_>,
     declaration: &Declaration<'_>,
-    series: &Shifted,
+    series: &ShiftedSeries,
     call: &mut Call,
 ) -> Vec<f64> {
     let n = series.dimension;

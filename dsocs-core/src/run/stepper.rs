@@ -252,7 +252,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ) -> Result<Option<Occurrence<N>>, RunError> {
         let found = self
             .run_mut()
-            .watch(t, &mut events.any, &mut Watching(observer))?;
+            .watch(t, &mut events.any, &mut SizedObserver(observer))?;
         Ok(found.map(|found| Occurrence::of(&found)))
     }
 
@@ -289,9 +289,9 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
 }
 
 /// An observer that receives nodes and events with their number of coordinates.
-struct Watching<'o, const N: usize>(&'o mut dyn Observer<N>);
+struct SizedObserver<'o, const N: usize>(&'o mut dyn Observer<N>);
 
-impl<const N: usize> AnyObserver for Watching<'_, N> {
+impl<const N: usize> AnyObserver for SizedObserver<'_, N> {
     fn node(&mut self, run: &dyn Run) -> ControlFlow<()> {
         self.0.node(&Node::of(run))
     }

@@ -36,7 +36,7 @@ pub(crate) enum InitialAcceleration {
 }
 
 /// Accelerations and multipliers.
-pub(crate) type Accelerated = (Vector, Vector);
+pub(crate) type ContinuousSolution = (Vector, Vector);
 
 /// A start with any number of coordinates; see [`Start`](crate::Start).
 #[derive(Clone, Debug)]
@@ -423,7 +423,7 @@ pub(crate) fn state(
     declaration: &Declaration<'_>,
     (t0, q0, v0): (f64, &[f64], &[f64]),
     near: Option<&[f64]>,
-) -> Result<Accelerated, SetupError> {
+) -> Result<ContinuousSolution, SetupError> {
     check_vector(declaration, "q0", q0)?;
     check_vector(declaration, "v0", v0)?;
     if let Some(a0) = near {
@@ -474,7 +474,7 @@ pub(crate) fn acceleration(
     declaration: &Declaration<'_>,
     (t, q, v): (f64, &[f64], &[f64]),
     near: Option<&[f64]>,
-) -> Result<Accelerated, NewtonFailure> {
+) -> Result<ContinuousSolution, NewtonFailure> {
     let shape = declaration.shape();
     let split = |x: &[f64]| {
         let a = Vector::from_fn(q.len(), |i| x.get(i).copied().unwrap_or(f64::NAN));
@@ -486,7 +486,7 @@ pub(crate) fn acceleration(
     {
         return Ok(split(&found.x));
     }
-    let equations = Continuous { declaration, t, q, v };
+    let equations = ContinuousEquations { declaration, t, q, v };
     let zero = Vector::zero(shape.motion);
     let guess = Vector::resized(near.unwrap_or(&[]), shape.motion);
     let solve = |guess: &Vector| {
@@ -506,7 +506,7 @@ pub(crate) fn acceleration(
 }
 
 /// The continuous system as equations for the acceleration and the multipliers.
-struct Continuous<'a> {
+struct ContinuousEquations<'a> {
     /// The declaration.
     declaration: &'a Declaration<'a>,
     /// The time.
@@ -517,7 +517,7 @@ struct Continuous<'a> {
     v: &'a [f64],
 }
 
-impl Continuous<'_> {
+impl ContinuousEquations<'_> {
     /// The point with the acceleration from the unknowns, and the multipliers.
     fn at<'z>(&'z self, z: &'z [f64]) -> (AnyPoint<'z, f64>, &'z [f64]) {
         let Self { t, q, v, .. } = *self;
@@ -526,7 +526,7 @@ impl Continuous<'_> {
     }
 }
 
-impl Equations for Continuous<'_> {
+impl Equations for ContinuousEquations<'_> {
     fn linearize(&self, z: &[f64]) -> Linearized {
         let (point, multipliers) = self.at(z);
         let (mut rows, mut jacobian) = (Vector::nan(z.len()), Square::zero(z.len()));

@@ -68,9 +68,9 @@ impl Tier {
 }
 
 /// The functions that programs call.
-struct Called<'c>(&'c [TapeCall]);
+struct TapeCalls<'c>(&'c [TapeCall]);
 
-impl Calls for Called<'_> {
+impl Calls for TapeCalls<'_> {
     fn call(&self, which: u32, argument: Option<f64>) -> f64 {
         let call = self.0.get(which as usize);
         call.map_or(f64::NAN, |call| call.value(argument))
@@ -81,7 +81,7 @@ impl Calls for Called<'_> {
 #[inline]
 pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &mut [f64]) -> bool {
     code.get()
-        .is_some_and(|code| code.run(numbers, &Called(calls)).is_ok())
+        .is_some_and(|code| code.run(numbers, &TapeCalls(calls)).is_ok())
 }
 
 /// The operations of a program, each of which has a number of its own.

@@ -456,7 +456,7 @@ impl Differential {
         if links.is_empty() {
             return;
         }
-        dispatch::run_wide(Following {
+        dispatch::run_wide(ChainRuleWork {
             links,
             room,
             branches: self.branches,
@@ -622,13 +622,13 @@ fn call(
 }
 
 /// The work of [`follow`].
-struct Following<'a> {
+struct ChainRuleWork<'a> {
     links: &'a [Link],
     room: &'a mut Room,
     branches: bool,
 }
 
-impl Work for Following<'_> {
+impl Work for ChainRuleWork<'_> {
     type Output = ();
 
     #[inline(always)]

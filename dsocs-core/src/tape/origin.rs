@@ -204,7 +204,7 @@ fn collect(ops: &[Op], place: usize, values: &[f64], leaves: &mut Vec<(Leaf, f64
 
 /// The binding strength of an expression, for parentheses.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Tie {
+enum Precedence {
     Sum,
     Product,
     Sign,
@@ -212,62 +212,84 @@ enum Tie {
 }
 
 /// An operation as text, with at most `deep` nested operations.
-fn written(ops: &[Op], place: usize, deep: usize, name: &dyn Fn(Leaf) -> String) -> (String, Tie) {
+fn written(ops: &[Op], place: usize, deep: usize, name: &dyn Fn(Leaf) -> String) -> (String, Precedence) {
     let Some(deeper) = deep.checked_sub(1) else {
         return match &ops[place] {
-            Op::Leaf(leaf) => (name(*leaf), Tie::Atom),
-            Op::Number(value) => (value.to_string(), Tie::Atom),
-            _ => ("…".to_owned(), Tie::Atom),
+            Op::Leaf(leaf) => (name(*leaf), Precedence::Atom),
+            Op::Number(value) => (value.to_string(), Precedence::Atom),
+            _ => ("…".to_owned(), Precedence::Atom),
         };
     };
-    let part = |place: usize, least: Tie| {
+    let part = |place: usize, least: Precedence| {
         let (text, tie) = written(ops, place, deeper, name);
         if tie < least { format!("({text})") } else { text }
     };
-    let method = |a: usize, call: String| (format!("{}.{call}", part(a, Tie::Atom)), Tie::Atom);
+    let method = |a: usize, call: String| (format!("{}.{call}", part(a, Precedence::Atom)), Precedence::Atom);
     match &ops[place] {
-        Op::Number(value) if *value < 0.0 => (value.to_string(), Tie::Sign),
-        Op::Number(value) => (value.to_string(), Tie::Atom),
-        Op::Leaf(leaf) => (name(*leaf), Tie::Atom),
-        Op::Stored(..) => ("…".to_owned(), Tie::Atom),
-        Op::Neg(a) => (format!("-{}", part(*a, Tie::Sign)), Tie::Sign),
-        Op::Recip(a) => (format!("1 / {}", part(*a, Tie::Sign)), Tie::Product),
+        Op::Number(value) if *value < 0.0 => (value.to_string(), Precedence::Sign),
+        Op::Number(value) => (value.to_string(), Precedence::Atom),
+        Op::Leaf(leaf) => (name(*leaf), Precedence::Atom),
+        Op::Stored(..) => ("…".to_owned(), Precedence::Atom),
+        Op::Neg(a) => (format!("-{}", part(*a, Precedence::Sign)), Precedence::Sign),
+        Op::Recip(a) => (format!("1 / {}", part(*a, Precedence::Sign)), Precedence::Product),
         Op::Powi(a, power) => method(*a, format!("powi({power})")),
         Op::Function(function, a) => method(*a, format!("{}()", method_of(*function))),
         Op::Binary(binary, [a, b]) => match binary {
             Binary::Add => (
-                format!("{} + {}", part(*a, Tie::Sum), part(*b, Tie::Product)),
-                Tie::Sum,
+                format!(
+                    "{} + {}",
+                    part(*a, Precedence::Sum),
+                    part(*b, Precedence::Product)
+                ),
+                Precedence::Sum,
             ),
             Binary::Sub => (
-                format!("{} - {}", part(*a, Tie::Sum), part(*b, Tie::Product)),
-                Tie::Sum,
+                format!(
+                    "{} - {}",
+                    part(*a, Precedence::Sum),
+                    part(*b, Precedence::Product)
+                ),
+                Precedence::Sum,
             ),
             Binary::Mul if a == b => method(*a, "powi(2)".to_owned()),
             Binary::Mul => (
-                format!("{} * {}", part(*a, Tie::Product), part(*b, Tie::Sign)),
-                Tie::Product,
+                format!(
+                    "{} * {}",
+                    part(*a, Precedence::Product),
+                    part(*b, Precedence::Sign)
+                ),
+                Precedence::Product,
             ),
             Binary::Div => (
-                format!("{} / {}", part(*a, Tie::Product), part(*b, Tie::Sign)),
-                Tie::Product,
+                format!(
+                    "{} / {}",
+                    part(*a, Precedence::Product),
+                    part(*b, Precedence::Sign)
+                ),
+                Precedence::Product,
             ),
-            Binary::Powf => method(*a, format!("powf({})", part(*b, Tie::Sum))),
-            Binary::Atan2 => method(*a, format!("atan2({})", part(*b, Tie::Sum))),
+            Binary::Powf => method(*a, format!("powf({})", part(*b, Precedence::Sum))),
+            Binary::Atan2 => method(*a, format!("atan2({})", part(*b, Precedence::Sum))),
         },
         Op::Select(comparison, parts) => {
-            let [a, b, c, d] = parts.map(|place| part(place, Tie::Sum));
+            let [a, b, c, d] = parts.map(|place| part(place, Precedence::Sum));
             let than = match comparison {
                 Comparison::Less => "<",
                 Comparison::LessOrEqual => "<=",
             };
-            (format!("(if {a} {than} {b} {{ {c} }} else {{ {d} }})"), Tie::Atom)
+            (
+                format!("(if {a} {than} {b} {{ {c} }} else {{ {d} }})"),
+                Precedence::Atom,
+            )
         }
         Op::Call(_, arguments) => {
-            let arguments: Vec<_> = arguments.iter().map(|&place| part(place, Tie::Sum)).collect();
+            let arguments: Vec<_> = arguments
+                .iter()
+                .map(|&place| part(place, Precedence::Sum))
+                .collect();
             (
                 format!("a function of your own at ({})", arguments.join(", ")),
-                Tie::Atom,
+                Precedence::Atom,
             )
         }
     }

@@ -106,7 +106,7 @@ struct Node {
 /// results.
 #[derive(Debug, Default)]
 pub(crate) struct MemoryLayout {
-    /// the number of this layout, unique in the process.
+    /// The number of this layout, unique in the process.
     number: u64,
     /// The first place of the constants.
     first_constant: usize,
