@@ -115,18 +115,18 @@ fn errors_are_those_by_hand() {
         // v_d = (0, sin h/h) and a_d = (2 (cos h − 1)/h², 0)
         let curvature = 2.0 * (1.0 - h.cos()) / h.sin().powi(2);
         let [row] = part_errors.accelerations[..] else {
-            panic!("{contact:?}")
+            panic!("{part_errors:?}")
         };
         assert!((row.difference - (curvature - 1.0)).abs() < 1e-12, "{row:?}");
         // the chord of the outer nodes is the tangent at the middle one
         let [work] = part_errors.displacements[..] else {
-            panic!("{contact:?}")
+            panic!("{part_errors:?}")
         };
         assert!(work.difference.abs() <= work.rounding, "{work:?}");
         // the kinetic energy of the chord, and that of the motion
         let chord = 2.0 * (h / 2.0).sin() / h;
         let [error] = part_errors.lagrangian[..] else {
-            panic!("{contact:?}")
+            panic!("{part_errors:?}")
         };
         assert!(
             (error.difference - (chord.powi(2) - 1.0) / 2.0).abs() < 1e-13,

@@ -49,7 +49,7 @@ fn errors_of_an_even_turn_are_those_of_the_map_by_hand() {
         let tangent = (w * h / 4.0).tan();
         let x = 8.0 * tangent / (1.0 + (1.0 + 4.0 / 3.0 * tangent.powi(2)).sqrt());
         let [error] = part_errors.lagrangian[..] else {
-            panic!("{contact:?}")
+            panic!("{part_errors:?}")
         };
         let by_hand = ((x / h).powi(2) - w.powi(2)) / 2.0;
         assert!(
