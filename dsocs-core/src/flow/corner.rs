@@ -37,7 +37,7 @@ impl Discrete<'_> {
         if shape.is_of_third_order() || !shape.rotations.is_empty() {
             return;
         }
-        let (declaration, t, h) = (self.declaration(), node.scalars.t, self.course.h);
+        let (declaration, t, h) = (self.declaration(), node.scalars.t, self.run_state.h);
         let [q, v, a, force] = node.split();
         let apart = (ROUNDINGS * f64::EPSILON * t.abs().max(h.abs())).copysign(h);
         let sides = [t - apart, t + apart];
@@ -54,7 +54,7 @@ impl Discrete<'_> {
         if !any {
             return;
         }
-        let leg = self.course.solved_leg();
+        let leg = self.run_state.solved_leg();
         let arrives = |t: f64| arrival(&declaration, (t, h), (&*q, leg.d));
         let [Some([arriving, own]), Some([_, other])] = sides.map(arrives) else {
             return;

@@ -238,6 +238,10 @@ fn satisfies_equations(motion: &CheckedMotion<'_>, triple: &Triple, d: &[f64]) -
     };
     let [holonomic, nonholonomic, _] = motion.constraints();
     let pair = rows_at_given_nodes(motion.kernel, t - motion.h, motion.h, [before, first, q1]);
-    holds(&rows_at_given_nodes(motion.kernel, t, motion.h, [first, q1, last]))
-        && holds(&pair[..holonomic + nonholonomic])
+    holds(&rows_at_given_nodes(
+        motion.kernel,
+        t,
+        motion.h,
+        [first, q1, last],
+    )) && holds(&pair[..holonomic + nonholonomic])
 }

@@ -120,7 +120,10 @@ fn equations(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut
             return worst;
         };
         let four = [&first.q[..], &second.q, &third.q, &fourth.q];
-        larger(worst, most(rows_at_four_given_nodes(kernel, third.t, motion.h, four)))
+        larger(
+            worst,
+            most(rows_at_four_given_nodes(kernel, third.t, motion.h, four)),
+        )
     });
     report.push(
         "rows at four nodes as written, in 32 digits, over what their rounding explains",

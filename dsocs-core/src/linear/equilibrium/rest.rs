@@ -223,7 +223,7 @@ impl RestEquations<'_> {
     }
 
     /// Whether functions that jump at rest, such as dry friction, act there: they hold positions around it, too.
-    pub(super) fn is_held(&self, found: &Found) -> bool {
+    pub(super) fn is_held(&self, found: &RestSolution) -> bool {
         let q = self.position(&found.x);
         let values = self.parameters(&found.x);
         let sides = self.sides(&self.declaration.with(&values), &q);
