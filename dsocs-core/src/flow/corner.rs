@@ -106,11 +106,12 @@ fn arrival(
     (q, d): (&[f64], &[f64]),
 ) -> Option<[Vector; 2]> {
     let mut v = Vector::of(d).map(|d| d / h);
-    let mut a = None;
+    let mut a: Option<Vector> = None;
     for _ in 0..TIMES {
         let (found, _) = start::acceleration(declaration, (t, q, &v), a.as_deref()).ok()?;
         v = Vector::of(d).zip(&found, |d, a| d / h + 0.5 * h * a);
         a = Some(found);
     }
-    a.map(|a| [v, a])
+    let (a, _) = start::acceleration(declaration, (t, q, &v), a.as_deref()).ok()?;
+    Some([v, a])
 }

@@ -152,8 +152,7 @@ impl Integrator {
             weights: Weights::new(n),
             order: Order::new(tolerance),
             last: None,
-            // a start may lie on a switch
-            at_switch: [true; 2],
+            at_switch: [false; 2],
             lately: 0.0,
             t: Compensated::exact([t0]),
             now: State::exact(q0, v0),
@@ -177,6 +176,8 @@ impl Integrator {
             on_grid: None,
             shown: t0,
         };
+        // a start may lie on a switch
+        motion.at_switch[1] = motion.watch.is_some();
         if let Some(a0) = &phase.near {
             motion.next.expect(a0);
         }
@@ -521,7 +522,8 @@ impl Integrator {
             self.arrive_at_corner(equations, h);
         }
         self.last = Some((self.t, h));
-        self.keep(h, may_jump);
+        // a step that ends where it was asked to may end at a switch, too
+        self.keep(h, may_jump || (made.until.is_some() && self.watch.is_some()));
         match made.until {
             Some(until) => self.t = Compensated::exact([until]),
             None => self.t.add(&[h]),

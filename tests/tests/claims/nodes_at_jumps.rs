@@ -154,6 +154,31 @@ fn at_the_end_of_a_table_the_velocity_is_of_second_order() {
 }
 
 #[test]
+fn at_a_corner_inside_a_table_the_velocity_is_of_second_order_and_no_force_appears() {
+    let table = Samples::linear([(0.0, 10.0), (0.5, 11.0), (1.0, 7.0), (3.0, 9.0)]).unwrap();
+    let system = Winch { length: table };
+    let start = Start::second_order([1.0], [0.0]);
+    for t in [0.5, 1.0] {
+        let tight = Tolerance::relative(1e-13);
+        let truth = TaylorFlow::new(&system, start, tight)
+            .unwrap()
+            .every(t)
+            .unwrap()
+            .to(t)
+            .unwrap();
+        assert!(truth.force[0].abs() < 1e-9, "{truth:?}");
+        let errors = [0.05, 0.025, 0.0125].map(|h| {
+            let node = Flow::new(&system, h, start).unwrap().to(t).unwrap();
+            assert!(node.force[0].abs() < 1e-9, "{node:?}");
+            (node.v[0] - truth.v[0]).abs()
+        });
+        for pair in errors.windows(2) {
+            assert!(pair[0] > 3.4 * pair[1], "{t}: {errors:?}");
+        }
+    }
+}
+
+#[test]
 fn a_velocity_at_rest_changes_no_sign() {
     // the block sticks and slips; its velocity changes sign three times until t = 6
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = 1.5 * (2 * t).sin() - dot(x).signum();";
