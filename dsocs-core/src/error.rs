@@ -555,6 +555,11 @@ impl StepError {
         }
         match &step.undefined {
             Some(undefined) if step.index == 1 => return undefined.advice(step.q0 == step.q1),
+            Some(undefined) if undefined.overflows() => return undefined.advice(false),
+            // what is divided by zero has no value with any step
+            Some(undefined) if undefined.value == 0.0 => {
+                return "the motion ends here: end the run before, or write what is bounded without the divisor";
+            }
             Some(_) => return "the motion ends here, unless a smaller h leads past",
             None => {}
         }
@@ -628,9 +633,16 @@ impl StepError {
 impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let step = &*self.0;
+        // where the rank is lost, all else follows from it
+        let rank = step.dependent.as_ref().map_or_else(String::new, |(time, row)| {
+            format!(
+                "the rank of the constraints is lost, or nearly so, near t = {}, where {row} says nothing beside the others; ",
+                Rounded(*time)
+            )
+        });
         write!(
             f,
-            "step {} at t = {} (h = {}) has no {}solution: {}; ({}): q0 = {}, q1 = {}, last candidate q2 = {}",
+            "step {} at t = {} (h = {}) has no {}solution: {rank}{}; ({}): q0 = {}, q1 = {}, last candidate q2 = {}",
             step.index,
             Rounded(step.time),
             step.h,
@@ -662,13 +674,6 @@ impl fmt::Display for StepError {
             write!(
                 f,
                 "; {row} has no gradient at q1, where it holds, so that no force belongs to it"
-            )?;
-        }
-        if let Some((time, row)) = &step.dependent {
-            write!(
-                f,
-                "; the rank of the constraints is lost, or nearly so, near t = {}, where {row} says nothing beside the others",
-                Rounded(*time)
             )?;
         }
         if let Some(time) = step.singular_at {

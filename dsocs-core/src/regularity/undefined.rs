@@ -28,7 +28,10 @@ pub struct Undefined {
 }
 
 /// Functions that overflow for large arguments.
-const OVERFLOWS: [&str; 3] = [".exp()", ".cosh()", ".sinh()"];
+const OVERFLOWS: [&str; 4] = [".exp()", ".exp_m1()", ".cosh()", ".sinh()"];
+
+/// An exponential above this overflows in derivatives of high order, in which its powers are multiplied.
+const LARGE: f64 = 1e100;
 
 /// Largest number of quantities that a message names.
 const NAMED: usize = 6;
@@ -52,11 +55,17 @@ impl Undefined {
         self.contains[2]
     }
 
+    /// Whether it is a function that overflows, or is so large that its derivatives do.
+    pub(crate) fn overflows(&self) -> bool {
+        let grows = OVERFLOWS.iter().any(|name| self.expression.ends_with(name));
+        grows && !self.value.is_nan() && self.value.abs() > LARGE
+    }
+
     /// Advice for users.
     pub(crate) fn advice(&self, at_rest: bool) -> &'static str {
-        if self.value.is_infinite() && OVERFLOWS.iter().any(|name| self.expression.ends_with(name)) {
-            return "write what is bounded without it: `(1 + (u / 2).tanh()) / 2` in place of `1 / (1 + (-u).exp())`, and `1 - u.tanh().powi(2)` in place of \
-                    `1 / u.cosh().powi(2)`";
+        if self.overflows() {
+            return "write what is bounded without it: `(1 + (u / 2).tanh()) / 2` in place of `1 / (1 + (-u).exp())`, `1 - u.tanh().powi(2)` in place of \
+                    `1 / u.cosh().powi(2)`, and `2 * (-u.abs()).exp() / (1 + (-2 * u.abs()).exp())` in place of `1 / u.cosh()`";
         }
         if self.without_derivative {
             return if at_rest && self.contains_velocity() {
@@ -88,6 +97,8 @@ impl fmt::Display for Undefined {
             ["", "has no value"]
         } else if self.value == 0.0 {
             ["the divisor ", "is zero"]
+        } else if self.value.is_finite() {
+            ["", "is so large that its derivatives overflow"]
         } else {
             ["", "is infinite"]
         };
@@ -140,6 +151,14 @@ pub(crate) fn without_derivative(
 ) -> Option<Undefined> {
     let origin = declaration.without_derivative(point, &|leaf| named(declaration, leaf))?;
     Some(told(declaration, origin, true))
+}
+
+/// The exponential in the equations of the continuous system at a point whose derivatives of high order
+/// overflow.
+#[cold]
+pub(crate) fn overflowing(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
+    let origin = declaration.large(point, LARGE, &|leaf| named(declaration, leaf))?;
+    Some(told(declaration, origin, false))
 }
 
 /// The name of a quantity in a declaration.

@@ -6,7 +6,7 @@ use crate::number::scalar::Scalar as _;
 use crate::samples::Samples;
 use crate::solve::rotation;
 use crate::tape::Shape;
-use crate::tape::origin::{Origin, origin, without_derivative};
+use crate::tape::origin::{Origin, large, origin, without_derivative};
 use crate::tape::quantity::Quantity;
 use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
 
@@ -517,6 +517,18 @@ impl<'s> Declaration<'s> {
     ) -> Option<Origin> {
         let at = At::point(point);
         origin(self.source, Segment::Continuous, &leaves(self, &at), name)
+    }
+
+    /// The first exponential in the rows of the continuous system above a size.
+    #[cold]
+    pub(crate) fn large(
+        &self,
+        point: AnyPoint<'_, f64>,
+        size: f64,
+        name: &dyn Fn(Leaf) -> String,
+    ) -> Option<Origin> {
+        let at = At::point(point);
+        large(self.source, Segment::Continuous, size, &leaves(self, &at), name)
     }
 
     /// The first expression in the rows of the continuous system that has a value and no derivative.

@@ -110,6 +110,35 @@ pub(crate) fn without_derivative(
     })
 }
 
+/// The first exponential in a segment above a size, finite itself. `None` if there is none.
+pub(crate) fn large(
+    source: &dyn Source,
+    segment: Segment,
+    size: f64,
+    leaf: &dyn Fn(Leaf) -> f64,
+    name: &dyn Fn(Leaf) -> String,
+) -> Option<Origin> {
+    let (ops, values, results) = evaluated(source, segment, leaf)?;
+    let is_large = |place: &usize| {
+        let grows = matches!(
+            ops[*place],
+            Op::Function(
+                Function::Exp | Function::ExpM1 | Function::Sinh | Function::Cosh,
+                _
+            )
+        );
+        grows && values[*place].is_finite() && values[*place].abs() > size
+    };
+    let place = needed(&ops, &results, &values).into_iter().find(is_large)?;
+    let mut leaves = Vec::new();
+    collect(&ops, place, &values, &mut leaves);
+    Some(Origin {
+        text: shortened(&ops, place, name),
+        value: values[place],
+        leaves,
+    })
+}
+
 /// An operation as text, shortened if it is long.
 fn shortened(ops: &[Op], place: usize, name: &dyn Fn(Leaf) -> String) -> String {
     let text = (1..=DEEP).rev().map(|deep| written(ops, place, deep, name).0);

@@ -83,6 +83,7 @@ impl Integrator {
             let (declaration, point) = (equations.declaration(), AnyPoint { t, q, v, a });
             undefined::of_point(&declaration, point)
                 .or_else(|| undefined::without_derivative(&declaration, point))
+                .or_else(|| undefined::overflowing(&declaration, point))
         };
         let open = || {
             let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());

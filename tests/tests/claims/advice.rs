@@ -178,3 +178,50 @@ fn corners_of_samples_ask_for_a_smooth_interpolation() {
         cable(smooth).unwrap();
     }
 }
+
+#[test]
+fn what_overflows_is_told_with_what_to_write_instead() {
+    use dsocs_core::text::Text;
+    let start = Start::second_order([-2.0], [1.0]);
+    for (expression, large) in [
+        ("1 / (300 * x).cosh()", "`(x * 300).cosh()`"),
+        ("1 / (1 + (-300 * x).exp())", ".exp()`"),
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2 - {expression};");
+        let system = Text::parse("well", &text).unwrap().system;
+        let any = dsocs_core::AnyStart::from(start.clone());
+        let tolerance = Tolerance::relative(1e-9);
+        let error = dsocs_core::taylor::AnyTaylorFlow::of_tape(&system, &any, tolerance).unwrap_err();
+        let error = error.to_string();
+        assert!(
+            error.contains(large) && error.contains("its derivatives overflow"),
+            "{error}"
+        );
+        assert!(error.contains("write what is bounded without it"), "{error}");
+        // what is advised for it runs
+        let bounded = match expression {
+            "1 / (300 * x).cosh()" => "2 * (-(300 * x).abs()).exp() / (1 + (-2 * (300 * x).abs()).exp())",
+            _ => "(1 + (150 * x).tanh()) / 2",
+        };
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2 - {bounded};");
+        let system = Text::parse("well", &text).unwrap().system;
+        let mut flow = dsocs_core::taylor::AnyTaylorFlow::of_tape(&system, &any, tolerance).unwrap();
+        let run: &mut dyn dsocs_core::Run = &mut flow;
+        run.to(1.0).unwrap();
+    }
+}
+
+#[test]
+fn at_a_divisor_that_vanishes_no_smaller_step_is_advised() {
+    use dsocs_core::text::Text;
+    let text = "coordinates(x); lagrangian = (1 - t).sqrt() * dot(x).powi(2) / 2 - x;";
+    let system = Text::parse("rocket", text).unwrap().system;
+    let start = Start::second_order([0.0], [0.0]);
+    let mut flow = dsocs_core::Flow::<1>::of(&system, 0.01, start).unwrap();
+    let error = flow.to(2.0).unwrap_err().to_string();
+    assert!(error.contains("the divisor `1 - t` is zero there"), "{error}");
+    assert!(
+        error.contains("the motion ends here") && !error.contains("smaller h"),
+        "{error}"
+    );
+}
