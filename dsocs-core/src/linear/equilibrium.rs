@@ -2,6 +2,7 @@
 
 mod error;
 mod rest;
+mod rows;
 
 use core::fmt;
 

@@ -1,6 +1,7 @@
 //! The equations of rest, and Newton's iteration for them.
 
 use super::error::EquilibriumError;
+use super::rows::Rows;
 use crate::linear::chart::{Basis, dot};
 use crate::linear::slopes::{At, Slopes};
 use crate::number::point::AnyPoint;
@@ -16,12 +17,9 @@ const MAX_ITERATIONS: u32 = 200;
 /// Largest number of times that an update is halved.
 const HALVINGS: u32 = 30;
 
-/// A row below this part of its terms is zero.
-const ROUNDED: f64 = 16.0 * f64::EPSILON;
-
 /// An update below this, relative to the unknowns or absolute where they are below 1, is the last if the next
 /// is not smaller.
-const SMALL: f64 = 1e-10;
+pub(super) const SMALL: f64 = 1e-10;
 
 /// Singular values below this part of the largest are zero.
 const ZERO: f64 = 1e-9;
@@ -69,20 +67,6 @@ pub(super) struct RestEquations<'r> {
     pub(super) guess: &'r [f64],
     pub(super) values: &'r [f64],
     pub(super) unknowns: &'r Unknowns,
-}
-
-/// The equations at some unknowns, each divided by the length of its derivatives.
-struct Rows {
-    slopes: Slopes,
-    /// The derivatives by the unknowns; columns of multipliers are divided by their lengths.
-    matrix: Matrix,
-    /// The lengths of the columns of multipliers; 1 for the other columns.
-    columns: Vec<f64>,
-    /// The lengths of the rows; 1 for rows with zero derivatives.
-    lengths: Vec<f64>,
-    values: Vec<f64>,
-    /// The sizes of the terms of the rows, divided by the same lengths.
-    terms: Vec<f64>,
 }
 
 /// A solution.
@@ -503,27 +487,4 @@ impl RestEquations<'_> {
 /// The size of the largest number.
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
-}
-
-impl Rows {
-    /// Whether all rows are so small that a small change of the unknowns makes them zero, and rows with zero
-    /// derivatives vanish.
-    fn are_small(&self, unknowns: f64) -> bool {
-        let mut each = self.values.iter().zip(&self.terms).enumerate();
-        each.all(|(i, (value, terms))| {
-            let moves = self.matrix.row(i).any(|slope| slope != 0.0);
-            let bar = if moves {
-                SMALL * unknowns.max(1.0)
-            } else {
-                ROUNDED * terms
-            };
-            value.abs() <= bar
-        })
-    }
-
-    /// Whether all rows are zero to rounding.
-    fn are_zero(&self) -> bool {
-        let mut each = self.values.iter().zip(&self.terms);
-        each.all(|(value, terms)| value.abs() <= ROUNDED * terms)
-    }
 }
