@@ -67,6 +67,9 @@ const ORDER_DISTANCE: f64 = 0.1;
 /// is lower by one is still found.
 pub const SCATTER: f64 = 0.9;
 
+/// Slopes from error to error that differ by more are those of no power.
+const SCATTERS: f64 = 0.5;
+
 /// The loss of order of each quantity of [`Errors`] at the node beside a corner, where the acceleration may
 /// jump and, with the corner of a constraint, the force.
 pub const CORNER_LOSS: [f64; 4] = [0.0, 1.0, 2.0, 2.0];
@@ -302,8 +305,12 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
                 continue;
             }
             let distance = (slope - declared).abs();
-            // errors that fall faster than they have to
-            let allowed = if slope > declared { f64::INFINITY } else { SCATTER };
+            // errors that fall faster than they have to, and follow no power
+            let allowed = if slope > declared && scatter(points) {
+                f64::INFINITY
+            } else {
+                SCATTER
+            };
             report.push(
                 format!("distance of that from {declared}"),
                 Bar::AtMost(ORDER_DISTANCE),
@@ -723,6 +730,15 @@ pub fn above_plateau(plateau: f64, mut points: Vec<[f64; 2]>) -> Option<Vec<[f64
     points.retain(|[_, value]| *value > plateau || value.is_nan());
     let last = points.split_off(points.len().saturating_sub(FITTED_POINTS));
     (last.len() > 2).then_some(last)
+}
+
+/// Whether points are on no line: the slopes from each to the next differ.
+fn scatter(points: &[[f64; 2]]) -> bool {
+    let slopes = points.windows(2).map(fitted);
+    let [least, most] = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], slope| {
+        [least.min(slope), most.max(slope)]
+    });
+    most - least > SCATTERS
 }
 
 /// The slope of the line through the logarithms of some points.
