@@ -769,7 +769,7 @@ impl Run for Composed<'_> {
         Ok(report)
     }
 
-    fn tell(&self, node: NodeMut<'_>) {
+    fn write_node(&self, node: NodeMut<'_>) {
         let State { q, v, a } = &self.run_state.now;
         let t = self.run_state.clock.time();
         let declaration = self.declaration();

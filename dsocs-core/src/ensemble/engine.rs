@@ -384,7 +384,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for StepWork<'_, '_, R, S,
             let is_written = index == task.last;
             if is_written {
                 let Report { point, force, energy } = system.report(constants, &known, &leg, &e);
-                tell(&leg.q, &point, &force, (energy, roots.evaluations), lane_node);
+                write_node(&leg.q, &point, &force, (energy, roots.evaluations), lane_node);
             }
             let found = StepResult { q, d, z: roots.z };
             if alone == 0 {
@@ -434,7 +434,7 @@ pub(super) fn times(clocks: &[Clock; LANES], index: u64) -> [f64; LANES] {
 
 /// Writes the data of a node from registers.
 #[inline(always)]
-fn tell<R: Register, const N: usize>(
+fn write_node<R: Register, const N: usize>(
     q: &[Lanes<R>; N],
     point: &Point<Lanes<R>, N>,
     force: &[Lanes<R>; N],

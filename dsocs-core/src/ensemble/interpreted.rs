@@ -618,7 +618,7 @@ impl<R: Chosen> InLanes for StepWork<'_, '_, R> {
             }
             let is_written = index == task.last;
             if is_written {
-                tell(token, system, numbers, &now.sums, lane_node);
+                write_node(token, system, numbers, &now.sums, lane_node);
                 lane_node.evaluations = roots.evaluations;
             }
             if alone == 0 {
@@ -732,7 +732,7 @@ fn arrive<R: Chosen>(
 
 /// Writes the middle node of a step, whose second difference was computed last.
 #[inline(always)]
-fn tell<R: Chosen>(
+fn write_node<R: Chosen>(
     token: R::Token,
     system: &TapeKernel,
     numbers: &mut InRegisters<'_, R>,

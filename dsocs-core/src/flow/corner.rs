@@ -32,7 +32,7 @@ impl Discrete<'_> {
     /// Replaces velocity, acceleration, constraint force and energy of a solved node at which a table has a
     /// corner by those with which the motion arrives.
     #[cold]
-    pub(super) fn tell_arrival(&self, mut node: NodeMut<'_>) {
+    pub(super) fn write_arrival(&self, mut node: NodeMut<'_>) {
         let shape = self.shape();
         if shape.is_of_third_order() || !shape.rotations.is_empty() {
             return;

@@ -394,7 +394,7 @@ impl<'s> Discrete<'s> {
 
     /// Writes the middle node of the last step.
     #[inline]
-    fn tell_solved(&self, node: NodeMut<'_>) {
+    fn write_solved(&self, node: NodeMut<'_>) {
         let RunState { clock, report, .. } = &self.run_state;
         let NodeMut { vectors, scalars } = node;
         self.kernel.report(
@@ -407,29 +407,29 @@ impl<'s> Discrete<'s> {
         (scalars.index, scalars.t) = (clock.index(), clock.time());
         (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
         if self.contacts.is_some() || self.changed.is_some() {
-            self.tell_others(NodeMut { vectors, scalars });
+            self.write_others(NodeMut { vectors, scalars });
         } else if self.has_tables {
-            self.tell_arrival(NodeMut { vectors, scalars });
+            self.write_arrival(NodeMut { vectors, scalars });
         }
     }
 
     /// Replaces the data of a node at which the step had other equations.
     #[cold]
-    fn tell_others(&self, node: NodeMut<'_>) {
+    fn write_others(&self, node: NodeMut<'_>) {
         let NodeMut { vectors, scalars } = node;
         if self.contacts.is_some() {
             let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
-            self.tell_sides(force);
+            self.write_sided_force(force);
         }
         if let Some(changed) = &self.changed
             && changed.index == scalars.index
         {
-            self.tell_changed(changed, NodeMut { vectors, scalars });
+            self.write_changed(changed, NodeMut { vectors, scalars });
         }
     }
 
     /// Writes the velocity, the constraint force and the energy of a node where inputs changed.
-    fn tell_changed(&self, changed: &NodeAtChange, mut node: NodeMut<'_>) {
+    fn write_changed(&self, changed: &NodeAtChange, mut node: NodeMut<'_>) {
         let t = node.scalars.t;
         let [q, v, _, force] = node.split();
         copy(v, &changed.velocity);
@@ -440,7 +440,7 @@ impl<'s> Discrete<'s> {
 
     /// Writes the node of the start.
     #[cold]
-    fn tell_first(&self, node: NodeMut<'_>) {
+    fn write_first(&self, node: NodeMut<'_>) {
         let ComputedStart { q0, v0, a0, t0, .. } = &self.computed_start;
         let declaration = self.declaration();
         let found;
@@ -577,11 +577,11 @@ impl Run for Discrete<'_> {
     }
 
     #[inline]
-    fn tell(&self, node: NodeMut<'_>) {
+    fn write_node(&self, node: NodeMut<'_>) {
         if self.run_state.has_solved {
-            self.tell_solved(node);
+            self.write_solved(node);
         } else {
-            self.tell_first(node);
+            self.write_first(node);
         }
     }
 

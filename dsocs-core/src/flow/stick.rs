@@ -467,7 +467,7 @@ impl Discrete<'_> {
 
     /// Writes the constraint force of a step that was solved with sides.
     #[cold]
-    pub(super) fn tell_sides(&self, force: &mut [f64]) {
+    pub(super) fn write_sided_force(&self, force: &mut [f64]) {
         if let Some(sides) = self.last_sides() {
             let run_state = &self.run_state;
             let (leg, e) = (run_state.solved_leg(), run_state.vectors.e());

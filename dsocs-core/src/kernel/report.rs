@@ -37,7 +37,7 @@ pub enum Guess {
     Homotopy,
 }
 
-/// A place for a node's data: [`Run::tell`](crate::Run::tell) writes all of it,
+/// A place for a node's data: [`Run::write_node`](crate::Run::write_node) writes all of it,
 /// [`Kernel::report`](crate::Kernel::report) the part that a step knows.
 #[derive(Debug)]
 pub struct NodeMut<'a> {

@@ -85,7 +85,7 @@ pub trait Run {
     fn step(&mut self, end: f64) -> Result<StepReport, RunError>;
 
     /// Writes the current node.
-    fn tell(&self, node: NodeMut<'_>);
+    fn write_node(&self, node: NodeMut<'_>);
 
     /// The clock.
     fn clock(&self) -> &Clock;
@@ -235,7 +235,7 @@ impl<const N: usize> Node<N> {
     /// The current node of a run.
     #[inline]
     pub(crate) fn of<R: Run + ?Sized>(run: &R) -> Self {
-        Self::told(|node| run.tell(node))
+        Self::written_by(|node| run.write_node(node))
     }
 }
 
@@ -246,6 +246,6 @@ impl OwnedNode {
         if coordinates != self.coordinates {
             *self = Self::new(coordinates);
         }
-        run.tell(self.room());
+        run.write_node(self.room());
     }
 }

@@ -360,7 +360,7 @@ impl<'e> AnyEvents<'e> {
                 point: OwnedPoint::zero(declaration.dimension()),
             };
             polynomial.point(s, &mut occurrence.point);
-            if tell(&self.watched, &occurrence, observer).is_break() {
+            if report_event(&self.watched, &occurrence, observer).is_break() {
                 ended = Some((s, occurrence));
             }
         }
@@ -522,7 +522,7 @@ impl<'e> AnyEvents<'e> {
 }
 
 /// Reports an event; breaks if it ends the run.
-fn tell(
+fn report_event(
     watched: &[AnyEvent<'_>],
     occurrence: &AnyOccurrence,
     observer: &mut dyn AnyObserver,

@@ -47,11 +47,11 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    /// The node that `tell` writes; NaN where it writes nothing.
+    /// The node that `write` writes; NaN where it writes nothing.
     #[inline]
-    pub(crate) fn told(tell: impl FnOnce(NodeMut<'_>)) -> Self {
+    pub(crate) fn written_by(write: impl FnOnce(NodeMut<'_>)) -> Self {
         let (mut vectors, mut scalars) = ([[f64::NAN; N]; 4], NodeScalars::UNKNOWN);
-        tell(NodeMut {
+        write(NodeMut {
             vectors: vectors.as_flattened_mut(),
             scalars: &mut scalars,
         });

@@ -33,7 +33,7 @@ pub trait Observer<const N: usize> {
 }
 
 /// Receives the nodes and the events of a run with any number of coordinates. It reads nodes from the run
-/// itself ([`Run::tell`]), so that unused ones are not computed.
+/// itself ([`Run::write_node`]), so that unused ones are not computed.
 pub trait AnyObserver {
     /// Called at a node; [`ControlFlow::Break`] ends the run there.
     fn node(&mut self, run: &dyn Run) -> ControlFlow<()>;

@@ -45,7 +45,7 @@ impl dyn Run + '_ {
     }
 
     /// Calls the visitor at every node up to the last one at or before `t`, until it breaks. The visitor
-    /// reads the node itself ([`Run::tell`]), and may set inputs. Nothing is allocated.
+    /// reads the node itself ([`Run::write_node`]), and may set inputs. Nothing is allocated.
     ///
     /// # Errors
     ///

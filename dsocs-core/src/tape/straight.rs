@@ -175,12 +175,12 @@ impl MemoryLayout {
         numbers
     }
 
-    /// Calls `tell` with the place and the value of each number that programs never write: the first place,
+    /// Calls `visit` with the place and the value of each number that programs never write: the first place,
     /// and the constants.
-    pub fn each_constant(&self, mut tell: impl FnMut(usize, f64)) {
-        tell(0, f64::NAN);
+    pub fn each_constant(&self, mut visit: impl FnMut(usize, f64)) {
+        visit(0, f64::NAN);
         for (index, &value) in self.constants.iter().enumerate() {
-            tell(self.first_constant + index, value);
+            visit(self.first_constant + index, value);
         }
     }
 

@@ -314,7 +314,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         }
         let observer = &mut self.observer;
         let mut node =
-            |motion: &Integrator| observer.node(&Node::told(|node| motion.tell(&**equations, node)));
+            |motion: &Integrator| observer.node(&Node::written_by(|node| motion.tell(&**equations, node)));
         let node: Option<&mut Visit<'_>> = if observes { Some(&mut node) } else { None };
         let until = match motion.hand_nodes_out(&**equations, &self.end, node) {
             ControlFlow::Continue(until) => until,

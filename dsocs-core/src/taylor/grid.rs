@@ -39,7 +39,7 @@ impl Run for AnyTaylorFlow<'_> {
         Ok(self.motion.report())
     }
 
-    fn tell(&self, node: NodeMut<'_>) {
+    fn write_node(&self, node: NodeMut<'_>) {
         self.motion.tell(&*self.equations, node);
     }
 
