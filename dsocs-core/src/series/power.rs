@@ -9,6 +9,11 @@ use super::switch::{Reach, shorter, tail};
 /// the end of a step does not count: a rejected step is tried again, and then ends elsewhere.
 const RISES: f64 = 4.0;
 
+/// Such a step ends on the flank, where the power is smaller than at its largest by this factor (binary
+/// logarithm): a force that is the derivative of the power vanishes at the top itself, and a step to there
+/// would meet nothing.
+const FLANK: f64 = 2.0;
+
 /// Part of the way to the zero of a divisor that a step goes, and how many steps in a row do so.
 const BEFORE_ZERO: f64 = 0.98;
 const MOST_NEARS: u8 = 8;
@@ -24,6 +29,8 @@ pub(super) struct Power {
     exponent: i32,
     /// The ratio of two values of the base between which the power changes by the factor `2^RISES`.
     part: f64,
+    /// The ratio of the base on the flank to that at the top.
+    flank: f64,
     /// Number of steps in a row that came nearer to a zero of a divisor.
     nears: u8,
 }
@@ -31,9 +38,11 @@ pub(super) struct Power {
 impl Power {
     /// The power with an exponent.
     pub(super) fn new(exponent: i32) -> Self {
+        let ratio = |factor: f64| (factor / f64::from(exponent.unsigned_abs().max(1))).exp2();
         Self {
             exponent,
-            part: (-RISES / f64::from(exponent.unsigned_abs().max(1))).exp2(),
+            part: ratio(-RISES),
+            flank: ratio(if exponent < 0 { FLANK } else { -FLANK }),
             nears: 0,
         }
     }
@@ -61,18 +70,20 @@ impl Power {
         }
     }
 
-    /// The part of a step on which a divisor may come near zero: up to its minimum, if it is much smaller
-    /// there than at the beginning. Where it vanishes, a step ends before: the quotient has no value there.
-    /// If the motion shows nothing of it, it passes after some such steps.
+    /// The part of a step on which a divisor may come near zero: up to the flank of its minimum, if it is
+    /// much smaller there than at the beginning. Where it vanishes, a step ends before: the quotient has no
+    /// value there. If the motion shows nothing of it, it passes after some such steps.
     #[cold]
     fn search_pit(&mut self, known: &[f64], h: f64, found: &mut Vec<Crossing>) -> Reach {
-        let terms = &terms(known, h)[..known.len()];
+        let least = self.part * known[0].abs();
+        let (part, terms) = self.accurate(known, h, |_| known[0].abs());
+        let terms = &terms[..known.len()];
         roots::crossings(terms, found);
         let zero = found.first().map(|crossing| BEFORE_ZERO * crossing.at);
-        let least = self.part * value(terms, 0.0).abs();
         extrema(terms, found);
         let mut extrema = found.iter().map(|crossing| crossing.at);
         let pit = extrema.find(|&at| value(terms, at).abs() < least);
+        let pit = pit.map(|at| self.flank_before(terms, at, found));
         let nears = self.nears;
         self.nears = if zero.is_some() {
             nears.saturating_add(1)
@@ -81,35 +92,59 @@ impl Power {
         };
         let zero = zero.filter(|_| nears < MOST_NEARS);
         let nearest = zero.into_iter().chain(pit).reduce(f64::min);
-        nearest.map_or(Reach::Whole, Reach::Shorter)
+        match nearest {
+            Some(nearest) => Reach::Shorter(part * nearest),
+            None if part < 1.0 => Reach::Shorter(part),
+            None => Reach::Whole,
+        }
     }
 
-    /// The part of a step on which a base may grow: up to its maximum, within the range in which its series
-    /// converges.
+    /// The part of a step on which a base may grow: up to the flank of its maximum, within the range in which
+    /// its series converges.
     #[cold]
     fn search_hill(&self, known: &[f64], h: f64, found: &mut Vec<Crossing>) -> Reach {
+        let first = known[0].abs();
+        let (part, terms) = self.accurate(known, h, |terms| {
+            extrema(terms, found);
+            let ends = [0.0, 1.0].map(|at| value(terms, at).abs());
+            let within = found.iter().map(|crossing| value(terms, crossing.at).abs());
+            within.fold(ends[0].max(ends[1]), f64::max)
+        });
+        let terms = &terms[..known.len()];
+        let mut extrema = found.iter().map(|crossing| crossing.at);
+        match extrema.find(|&at| self.part * value(terms, at).abs() > first) {
+            Some(at) => Reach::Shorter(part * self.flank_before(terms, at, found)),
+            None if part < 1.0 => Reach::Shorter(part),
+            None => Reach::Whole,
+        }
+    }
+
+    /// The part of a step on which the series of the base is accurate enough to distinguish a base that
+    /// changes by much of its size from one that does not, and its terms at the end of that part.
+    fn accurate(&self, known: &[f64], h: f64, mut size: impl FnMut(&[f64]) -> f64) -> (f64, [f64; ROWS]) {
         let mut part = 1.0;
         loop {
-            let terms = &terms(known, h * part)[..known.len()];
-            let [first, last] = [0.0, 1.0].map(|at| value(terms, at).abs());
-            extrema(terms, found);
-            let mut extrema = found.iter().map(|crossing| crossing.at);
-            let largest = extrema
-                .clone()
-                .fold(first.max(last), |largest, at| largest.max(value(terms, at).abs()));
-            // accurate enough to distinguish a base that rises from one that does not
-            let (tail, allowed) = (tail(terms), TOLD * (1.0 - self.part) * largest);
+            let all = terms(known, h * part);
+            let terms = &all[..known.len()];
+            let (tail, allowed) = (tail(terms), TOLD * (1.0 - self.part) * size(terms));
             // with two or three terms the missing ones cannot be estimated
-            if known.len() >= 4 && tail > allowed && part > f64::EPSILON {
-                part *= shorter(tail, allowed, known.len() - 1);
-                continue;
+            let is_known = known.len() < 4 || tail <= allowed || tail.is_nan();
+            if is_known || part <= f64::EPSILON {
+                return (part, all);
             }
-            return match extrema.find(|&at| self.part * value(terms, at).abs() > first) {
-                Some(at) => Reach::Shorter(part * at),
-                None if part < 1.0 => Reach::Shorter(part),
-                None => Reach::Whole,
-            };
+            part *= shorter(tail, allowed, known.len() - 1);
         }
+    }
+
+    /// The place on the flank before an extremum of the base.
+    fn flank_before(&self, terms: &[f64], at: f64, found: &mut Vec<Crossing>) -> f64 {
+        let mut above = [0.0; ROWS];
+        let above = &mut above[..terms.len()];
+        above.copy_from_slice(terms);
+        above[0] -= self.flank * value(terms, at);
+        roots::crossings(above, found);
+        let places = found.iter().map(|crossing| crossing.at);
+        places.filter(|place| *place < at).last().unwrap_or(at)
     }
 }
 

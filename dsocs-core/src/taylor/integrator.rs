@@ -471,7 +471,8 @@ impl Integrator {
             let jumps = !at_switch && !is_knot && self.moved(judged_at).is_some();
             let good = !jumps
                 && (self.control.good(&sizes, end, size, trial.is_rough)
-                    || self.is_rounding(equations, (end[1], size), trial.tries));
+                    || self.is_rounding(equations, (end[1], size), trial.tries))
+                && (!trial.is_rough || at_corner || self.is_good_within(equations, &sizes, h, t));
             // a jump of the acceleration is passed in a step shorter than the rounding of the time
             if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);

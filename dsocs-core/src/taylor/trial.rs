@@ -1,5 +1,6 @@
 //! Trial steps, and their repetition.
 
+use super::control::{Judged, Sizes};
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use super::watch::End;
@@ -8,6 +9,10 @@ use super::watch::End;
 /// of a power. It is used if the step would be less than the next part of the last one.
 const ROUGH: usize = 2;
 const LOST: f64 = 1e-8;
+
+/// The part of a rough step at which it is judged a second time: not the middle, where the force of a symmetric
+/// hill vanishes.
+const WITHIN: f64 = 0.37;
 
 /// Factor by which a rejected step is shortened.
 pub(super) const SHORTER: f64 = 0.5;
@@ -55,6 +60,21 @@ impl Integrator {
         }
         self.series.set_order(ROUGH);
         Some(last.unwrap_or(f64::INFINITY))
+    }
+
+    /// Whether a rough step of the length `h`, to the time `t`, is also good within: at its end alone, a force
+    /// that begins and ends at zero on the way would not show.
+    #[cold]
+    pub(super) fn is_good_within(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        sizes: &Sizes,
+        h: f64,
+        t: f64,
+    ) -> bool {
+        let Judged { end, .. } = self.arrive(equations, WITHIN * h, self.t.hi[0] + WITHIN * h);
+        self.arrive(equations, h, t);
+        self.control.good(sizes, end, h.abs(), true)
     }
 
     /// Whether the series at a start has enough orders for such a step.

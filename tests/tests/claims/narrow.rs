@@ -133,3 +133,92 @@ fn a_sphere_meets_the_floor_as_hertz_says_and_leaves_it() {
         );
     }
 }
+
+/// Hills of the height 1 at `u = 0`, with exponents that are no integers and such that are.
+const HILLS: [&str; 13] = [
+    "(1 + u.powi(2)).powf(-1.5)",
+    "(1 + u.powi(2)).powf(-2.25)",
+    "(1 + u.powi(2)).powf(-2.5)",
+    "(1 + u.powi(2)).powf(-3.7)",
+    "1 / (1 + u.powi(2)).powf(6.5)",
+    "1 / (1 + u.powi(2)).sqrt().powi(5)",
+    "1 / ((1 + u.powi(2)).powi(4) * (1 + u.powi(2)).sqrt())",
+    "(1 + u.powi(4)).powf(-1.5)",
+    "1 / (1 + u.powi(2)).powi(6)",
+    "1 / (1 + u.powi(8))",
+    "1 / u.min(40.0).max(-40.0).cosh().powi(6)",
+    "(1 - u.powi(2)).max(0.0).powf(3.5)",
+    "(1 - u.powi(2)).max(0.0).powf(2.5)",
+];
+
+#[test]
+fn no_hill_is_tunnelled_whatever_its_exponent() {
+    for (hill, width) in HILLS
+        .iter()
+        .flat_map(|hill| [0.3, 0.05, 1e-2, 1e-3, 1e-4, 3e-5].map(|width| (hill, width)))
+    {
+        // a bead turns back at a hill that is higher than its energy, and passes one that is not
+        for (height, v, loosest) in [(1.0, -1.0, 1e-4), (0.3, 1.0, 1e-6)] {
+            let text = format!(
+                "coordinates(x);
+                 let u = x / {width:?};
+                 lagrangian = dot(x).powi(2) / 2 - {height:?} * {hill};"
+            );
+            let text = Text::parse("hill", &text).unwrap();
+            let tolerances = [1e-4, 1e-6, 1e-9, 1e-12].into_iter();
+            for tolerance in tolerances.filter(|tolerance| *tolerance <= loosest) {
+                let start = Start::second_order([-2.0], [1.0]);
+                let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+                let first = flow.node().energy;
+                flow.to(6.0).unwrap();
+                let node = flow.node();
+                // far from the hill, whose value there is small
+                let rest = if width > 0.1 { 0.03 } else { 1e-3 };
+                assert!(
+                    (node.v[0] - v).abs() < rest && node.q[0] * v > 1.0,
+                    "{hill}, {width}, height {height}, {tolerance}: {} {}",
+                    node.q[0],
+                    node.v[0]
+                );
+                let error = node.energy - first;
+                assert!(
+                    error.abs() < 1000.0 * tolerance,
+                    "{hill}, {width}, height {height}, {tolerance}: {error}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn no_pulse_of_a_half_integer_power_is_missed() {
+    // ∫ (1 + u²)⁻ᵖ du over all u
+    for (p, integral) in [
+        (2.5_f64, 4.0 / 3.0),
+        (3.5, 16.0 / 15.0),
+        (4.5, 32.0 / 35.0),
+        (5.5, 256.0 / 315.0),
+    ] {
+        for width in [1e-2_f64, 1e-3, 1e-4, 1e-5] {
+            let text = format!(
+                "coordinates(x);
+                 lagrangian = dot(x).powi(2) / 2;
+                 external_forces = {:?} / (1 + ((t - 5) / {width:?}).powi(2)).powf({p:?});",
+                0.1 / width
+            );
+            let text = Text::parse("pulse", &text).unwrap();
+            for tolerance in [1e-4, 1e-6, 1e-9, 1e-12] {
+                let start = Start::second_order([0.0], [0.1]);
+                let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+                flow.to(10.0).unwrap();
+                let v = flow.node().v[0];
+                // both tails are cut off
+                let tails = (5.0 / width).powf(1.0 - 2.0 * p);
+                assert!(
+                    (v - 0.1 - 0.1 * integral).abs() < 30.0 * tolerance.max(1e-11) + tails,
+                    "{p} {width} {tolerance}: {v}"
+                );
+            }
+        }
+    }
+}

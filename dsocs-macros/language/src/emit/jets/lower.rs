@@ -10,11 +10,11 @@ use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
 /// A divisor with a power of this degree or a higher one may make a function flat far from its zero.
-const HIGH: u32 = 4;
+const HIGH: f64 = 4.0;
 
 /// A factor with this power or a higher one is flat where it is small, so the series has to see at least so
 /// many orders to detect its rise.
-const LEAST_HILL: i32 = 8;
+const LEAST_HILL: f64 = 8.0;
 
 /// The highest degree of a root that is looked for in exponents.
 const MOST_DEGREE: u32 = 16;
@@ -203,13 +203,8 @@ impl<'g> Lower<'g> {
         if let &[(factor, 1)] = factors {
             return self.lower(factor);
         }
-        for &(factor, n) in factors {
-            let degree = n.unsigned_abs().saturating_mul(self.degree(factor));
-            if n < 0 && degree >= HIGH {
-                self.watch_divisor(factor, degree);
-            } else if n >= LEAST_HILL {
-                self.watch_power(factor, n);
-            }
+        for (base, exponent) in self.powers(factors) {
+            self.watch_high(base, exponent);
         }
         let product = self.shared.product(as_product(factors));
         self.shared_product(&product)
@@ -362,24 +357,71 @@ impl<'g> Lower<'g> {
         self.sequences.push(Op::Linear(Some(one), vec![(one, square)]))
     }
 
+    /// Watches the base of a power, if the power may be flat far from where it is large.
+    fn watch_high(&mut self, base: NodeId, exponent: f64) {
+        let degree = exponent.abs() * self.degree(base);
+        if exponent < 0.0 && degree >= HIGH {
+            // of the same steepness as before where a root has been taken off
+            let steepness = if exponent.fract() == 0.0 {
+                degree
+            } else {
+                exponent.abs()
+            };
+            self.watch_divisor(base, steepness);
+        } else if exponent >= LEAST_HILL {
+            self.watch_power(base, exponent);
+        }
+    }
+
     /// Watches a divisor, and its factors with a high power: a multiple root is known to few digits only.
-    fn watch_divisor(&mut self, id: NodeId, degree: u32) {
+    fn watch_divisor(&mut self, id: NodeId, degree: f64) {
         let mut watched = vec![(id, degree)];
         if let Node::Sum(_, terms) = self.graph.node(id) {
             for (term, _) in terms {
                 if let Node::Product(factors) = self.graph.node(*term) {
-                    let high = factors.iter().map(|&(factor, n)| (factor, n.unsigned_abs()));
-                    watched.extend(high.filter(|(_, n)| *n >= HIGH));
+                    let high = self.powers(factors).into_iter();
+                    watched.extend(high.filter(|(_, n)| n.abs() >= HIGH));
                 }
             }
         }
         for (id, degree) in watched {
-            self.watch_power(id, -i32::try_from(degree).unwrap_or(i32::MAX));
+            self.watch_power(id, -degree.abs());
         }
     }
 
+    /// The bases of a product's factors with their exponents, those of roots taken together. The series of a
+    /// root ends at the complex zero of its base, and does not show from afar where the base is small; that
+    /// of the base does.
+    fn powers(&self, factors: &[(NodeId, i32)]) -> Vec<(NodeId, f64)> {
+        let mut powers: Vec<(NodeId, f64)> = Vec::new();
+        for &(factor, n) in factors {
+            let (base, exponent) = self.base(factor);
+            let exponent = exponent * f64::from(n);
+            match powers.iter_mut().find(|(present, _)| *present == base) {
+                Some((_, present)) => *present += exponent,
+                None => powers.push((base, exponent)),
+            }
+        }
+        powers
+    }
+
+    /// An expression as a power of a constant exponent of another one, which is no root.
+    fn base(&self, id: NodeId) -> (NodeId, f64) {
+        let (of, exponent) = match *self.graph.node(id) {
+            Node::Unary(Unary::Sqrt, of) => (of, Some(0.5)),
+            Node::Unary(Unary::Cbrt, of) => (of, Some(1.0 / 3.0)),
+            Node::Powf(of, exponent) => (of, self.graph.as_constant(exponent)),
+            _ => return (id, 1.0),
+        };
+        exponent.map_or((id, 1.0), |exponent| {
+            let (base, inner) = self.base(of);
+            (base, inner * exponent)
+        })
+    }
+
     /// Watches the base of a power with a high exponent.
-    fn watch_power(&mut self, id: NodeId, exponent: i32) {
+    fn watch_power(&mut self, id: NodeId, exponent: f64) {
+        let exponent = whole(exponent);
         let sequence = self.lower(id);
         self.sequences
             .switch(Argument::Power(sequence, exponent), Vec::new());
@@ -431,16 +473,25 @@ impl<'g> Lower<'g> {
     }
 
     /// The highest degree of a term in moving factors, for an expression that is a sum or a product.
-    fn degree(&self, id: NodeId) -> u32 {
+    fn degree(&self, id: NodeId) -> f64 {
+        let of_factor = |id: NodeId| match self.base(id) {
+            (base, _) if base == id => 1.0,
+            (base, exponent) => exponent.abs() * self.degree(base),
+        };
         let of_factors = |id: NodeId| match self.graph.node(id) {
             Node::Product(factors) => {
                 let moving = factors.iter().filter(|(factor, _)| !self.graph.is_fixed(*factor));
-                moving.map(|(_, n)| n.unsigned_abs()).sum()
+                moving
+                    .map(|&(factor, n)| f64::from(n.unsigned_abs()) * of_factor(factor))
+                    .sum()
             }
-            _ => 1,
+            _ => of_factor(id),
         };
         match self.graph.node(id) {
-            Node::Sum(_, terms) => terms.iter().map(|(term, _)| of_factors(*term)).max().unwrap_or(1),
+            Node::Sum(_, terms) => {
+                let degrees = terms.iter().map(|(term, _)| of_factors(*term));
+                degrees.reduce(f64::max).unwrap_or(1.0)
+            }
             _ => of_factors(id),
         }
     }
@@ -450,13 +501,10 @@ impl<'g> Lower<'g> {
             let node = base;
             let base = self.lower(node);
             match self.graph.as_constant(exponent) {
-                Some(exponent) if exponent <= -f64::from(HIGH) => {
-                    self.watch_divisor(node, whole(exponent).unsigned_abs());
+                Some(exponent) => {
+                    let (root, inner) = self.base(node);
+                    self.watch_high(root, inner * exponent);
                 }
-                Some(exponent) if exponent >= f64::from(LEAST_HILL) => {
-                    self.watch_power(node, whole(exponent));
-                }
-                Some(_) => {}
                 // a parameter may give the exponent any value
                 None => self.watch_divisor(node, HIGH),
             }
@@ -474,10 +522,10 @@ impl<'g> Lower<'g> {
     }
 }
 
-/// The integer nearest to an exponent.
+/// The integer of least size that is not below an exponent.
 #[allow(clippy::cast_possible_truncation)] // the nearest in its range
 fn whole(exponent: f64) -> i32 {
-    exponent.round() as i32
+    exponent.abs().ceil().copysign(exponent) as i32
 }
 
 /// Factors and their exponents.
