@@ -237,7 +237,7 @@ impl State {
     /// Passes new nodes to the observers for warnings.
     fn watch_for_warnings(&mut self, py: Python<'_>) -> PyResult<()> {
         let [looks, asks_between] = self.warnings.looks();
-        let is_closed = asks_between && is_closed(self.motion.system().shape()) && self.changes.is_empty();
+        let is_closed = is_closed(self.motion.system().shape()) && self.changes.is_empty();
         // the work between nodes that are not kept is not known
         let is_seen = is_closed || !asks_between || self.record.every() == 1;
         if !looks || !is_seen {

@@ -14,8 +14,11 @@ pub struct Row<'a> {
     /// The declaration, with the values that its parameters have at the node.
     pub declaration: Declaration<'a>,
     /// The power of the constraint force and, at some nodes, the sum of the absolute values of the energy's
-    /// terms; only where the energy can change by forces of constraints on positions and velocities alone.
+    /// terms; only where the energy can change by forces of constraints on positions and velocities alone,
+    /// in steps of a fixed length.
     pub balance: Option<(f64, Option<f64>)>,
+    /// Whether the energy can change by forces of constraints on positions and velocities alone.
+    pub is_closed: bool,
     /// Whether the energy may also change by external forces, by terms that depend on time, or by inputs, in
     /// steps of a fixed length.
     pub is_open: bool,
@@ -40,6 +43,7 @@ impl<'a> Row<'a> {
     pub fn of_step(node: AnyNode<'a>, declaration: Declaration<'a>, is_closed: bool) -> Self {
         Self {
             balance: is_closed.then(|| balance(&declaration, &node)),
+            is_closed,
             is_open: !is_closed,
             ..Self::of(node, declaration)
         }
@@ -51,6 +55,7 @@ impl<'a> Row<'a> {
             node,
             declaration,
             balance: None,
+            is_closed: false,
             is_open: false,
             regularity: None,
             unresolved: None,

@@ -40,8 +40,7 @@ pub(super) fn run(
             Some(&mut held)
         };
         let shape = system.kernel().shape();
-        let is_closed =
-            is_closed(shape) && plan.inputs.is_empty() && !matches!(plan.method, Method::Tolerance(_));
+        let is_closed = is_closed(shape) && plan.inputs.is_empty();
         pass_on_nodes(run, is_closed, error, plan, sink)
     })
 }
@@ -138,7 +137,7 @@ fn pass_on_nodes(
 ) -> Result<(), RunFailure> {
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
     let is_driven = !plan.inputs.is_empty();
-    let is_open = !is_closed && !matches!(plan.method, Method::Tolerance(_));
+    let has_steps = !matches!(plan.method, Method::Tolerance(_));
     let mut unknown = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
@@ -154,8 +153,9 @@ fn pass_on_nodes(
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
             unresolved: run.unresolved(),
             nearly_singular: run.nearly_singular(),
-            balance: is_closed.then(|| balance(&declaration, &node)),
-            is_open,
+            balance: (is_closed && has_steps).then(|| balance(&declaration, &node)),
+            is_closed,
+            is_open: !is_closed && has_steps,
             ..Row::of(node, declaration)
         };
         let Some(error) = &mut error else {

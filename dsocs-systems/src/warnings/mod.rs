@@ -1,8 +1,9 @@
-//! Warnings about a run: with steps of a fixed length an energy that explodes or changes without cause,
-//! bodies that rotate too far in a step, and coordinates that alternate from step to step; and constraints
-//! that nearly depend on each other. The command line and the Python package give the same warnings.
+//! Warnings about a run: an energy that changes without cause; with steps of a fixed length one that
+//! explodes, bodies that rotate too far in a step, and coordinates that alternate from step to step; and
+//! constraints that nearly depend on each other. The command line and the Python package give the same warnings.
 
 mod alternation;
+mod conserved;
 mod dependence;
 mod energy;
 mod inputs;
@@ -11,9 +12,10 @@ mod turns;
 
 use dsocs_core::Shape;
 
-use crate::entry::{Method, Row};
+use crate::entry::{Method, Row, is_closed};
 
 use alternation::Alternation;
+use conserved::Conserved;
 use dependence::Dependence;
 use energy::Energy;
 pub use inputs::passed_inputs;
@@ -33,8 +35,12 @@ enum Observers {
         turns: Turns,
         alternation: Alternation,
     },
-    /// With a tolerance, where constraints may depend on each other.
-    Constraints(f64, Dependence),
+    /// With a tolerance: where the energy cannot change, and where constraints may depend on each other.
+    Tolerance {
+        tolerance: f64,
+        conserved: Option<Conserved>,
+        dependence: Option<Dependence>,
+    },
     #[default]
     Nothing,
 }
@@ -44,10 +50,11 @@ impl Warnings {
     #[must_use]
     pub fn of(method: Method, shape: &Shape) -> Self {
         Self(match method {
-            Method::Tolerance(tolerance) if shape.holonomic + shape.nonholonomic > 1 => {
-                Observers::Constraints(tolerance, Dependence::default())
-            }
-            Method::Tolerance(_) => Observers::Nothing,
+            Method::Tolerance(tolerance) => Observers::Tolerance {
+                tolerance,
+                conserved: is_closed(shape).then(Conserved::default),
+                dependence: (shape.holonomic + shape.nonholonomic > 1).then(Dependence::default),
+            },
             Method::Step | Method::Composed(_) => Observers::Steps {
                 energy: Energy::default(),
                 turns: Turns::default(),
@@ -60,7 +67,15 @@ impl Warnings {
     #[must_use]
     pub fn looks(&self) -> [bool; 2] {
         [
-            !matches!(self.0, Observers::Nothing),
+            match &self.0 {
+                Observers::Steps { .. } => true,
+                Observers::Tolerance {
+                    conserved,
+                    dependence,
+                    ..
+                } => conserved.is_some() || dependence.is_some(),
+                Observers::Nothing => false,
+            },
             matches!(self.0, Observers::Steps { .. }),
         ]
     }
@@ -78,7 +93,18 @@ impl Warnings {
                 turns.look(row);
                 alternation.look(row);
             }
-            Observers::Constraints(_, dependence) => dependence.look(row),
+            Observers::Tolerance {
+                conserved,
+                dependence,
+                ..
+            } => {
+                if let Some(conserved) = conserved {
+                    conserved.look(row);
+                }
+                if let Some(dependence) = dependence {
+                    dependence.look(row);
+                }
+            }
             Observers::Nothing => {}
         }
     }
@@ -100,7 +126,20 @@ impl Warnings {
                 alternation.note(names(), method),
                 None,
             ],
-            Observers::Constraints(tolerance, dependence) => [None, None, None, dependence.note(*tolerance)],
+            Observers::Tolerance {
+                tolerance,
+                conserved,
+                dependence,
+            } => [
+                conserved
+                    .as_ref()
+                    .and_then(|conserved| conserved.note(*tolerance)),
+                None,
+                None,
+                dependence
+                    .as_ref()
+                    .and_then(|dependence| dependence.note(*tolerance)),
+            ],
             Observers::Nothing => [None, None, None, None],
         }
     }
