@@ -249,11 +249,15 @@ impl fmt::Display for SeriesError {
                  with another acceleration than their series tell, however short they were. Something jumps there from both sides. {UNSEEN}",
                 coordinates.join(", ")
             ),
-            (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
-                f,
-                "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
+            (SeriesFailure::TooManySteps { steps, last, mean }, _)
+                if *last < COLLAPSED * mean || deficiency.is_some() =>
+            {
+                write!(
+                    f,
+                    "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
                  {mean:e}. More steps would hardly help: {singular}"
-            ),
+                )
+            }
             (SeriesFailure::TooManySteps { steps, .. }, _) => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance; if a larger one makes them no fewer, the motion is \

@@ -422,7 +422,9 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let weights = motion.control.weights();
         let order = motion.order.current();
         let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
-        let good = !is_hard && motion.control.good(sizes, end, size, false);
+        let is_good = motion.control.good(sizes, end, size, false);
+        let is_hard = is_hard || (is_good && motion.may_pass_zero(end));
+        let good = !is_hard && is_good;
         let stays_alone =
             is_hard || (!good && motion.is_rounding(&**equations, (end[1], size), self.step.tries));
         if stays_alone || (!good && size <= smallest) {

@@ -118,6 +118,7 @@ impl Integrator {
                 SeriesFailure::Stalls { .. }
                     | SeriesFailure::StepTooSmall { .. }
                     | SeriesFailure::Unbounded { .. }
+                    | SeriesFailure::TooManySteps { .. }
             )
             .then(open)
             .flatten(),

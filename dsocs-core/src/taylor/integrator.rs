@@ -479,7 +479,7 @@ impl Integrator {
                 match self.past(
                     equations,
                     (if at_corner { judged_at } else { h }, smallest),
-                    !at_switch && !is_knot,
+                    (!at_switch && !is_knot).then_some(end),
                 ) {
                     None => {}
                     Some(Past::Unseen(ahead)) => {

@@ -21,6 +21,13 @@ const PAST: f64 = 0.01;
 /// Number of bisections towards such a place.
 const HALVINGS: u32 = 24;
 
+/// Bisections end where the positions at both ends differ by so many roundings: there the determinant itself
+/// is rounding, and its sign means nothing.
+const RESOLVED: f64 = 64.0;
+
+/// With fewer bisections than this a step is hardly longer than rounding.
+const FEW: u32 = 5;
+
 /// The acceleration is unbounded at the place if its values on both sides differ by this many times more than
 /// on a part of the way to it. Differences below the next part of the acceleration are rounding.
 const GROWS: f64 = 16.0;
@@ -33,6 +40,10 @@ const REMAINS: f64 = 1e-3;
 /// Two solutions that stay farther apart than this part of their largest distance on the way do not meet: the
 /// motion keeps to its own. If they meet, they cross, and the motion goes straight on.
 const MEETS: f64 = 1e-6;
+
+/// Where a step has passed a pole of the acceleration, the acceleration at its end differs from that of its
+/// series by this part of itself or more.
+const TORN: f64 = 0.5;
 
 /// A place that a step leads past.
 pub(super) enum Past {
@@ -59,16 +70,27 @@ impl Integrator {
         (place, a)
     }
 
-    /// The place that the trial step of the length `h` must not pass. At switches and knots the determinant
-    /// may jump: then its sign is not used.
+    /// Whether the trial step may have passed a zero of the determinant, from the sizes of the acceleration at
+    /// its end and of the difference from that of its series. If the acceleration is an explicit quotient, the
+    /// sign of the determinant is not computed with it, and the difference tells. With a large tolerance such
+    /// a step may be short enough to be accepted.
+    #[inline(always)]
+    pub(super) fn may_pass_zero(&self, [acceleration, defect]: [f64; 2]) -> bool {
+        defect >= TORN * acceleration && defect > 0.0 || self.changes_sign()
+    }
+
+    /// The place that the trial step of the length `h` must not pass; `end` has the sizes of the acceleration
+    /// there. At switches and knots the determinant may jump: then it is not used.
     #[inline(always)]
     pub(super) fn past(
         &self,
         equations: &dyn SeriesKernel,
         (h, smallest): (f64, f64),
-        is_smooth: bool,
+        end: Option<[f64; 2]>,
     ) -> Option<Past> {
-        if is_smooth && self.changes_sign() {
+        if let Some(end) = end
+            && self.may_pass_zero(end)
+        {
             let past = self.past_zero(equations, h, smallest);
             if past.is_some() {
                 return past;
@@ -118,12 +140,22 @@ impl Integrator {
             return None;
         }
         let (mut least, mut apart, mut largest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
+        let mut halvings = 0;
+        let size = |x: &Vector| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        let rounding =
+            RESOLVED * f64::EPSILON * (size(&first.1.q) / size(&first.1.v)).max(self.t.hi[0].abs());
         for _ in 0..HALVINGS {
+            if (to.0 - from.0).abs() <= rounding {
+                break;
+            }
             // not at the place itself, where there may be no acceleration
             let middle = [0.5, 0.4]
                 .into_iter()
                 .find_map(|part| at(from.0 + part * (to.0 - from.0), None));
-            let middle = middle?;
+            // the place is known to rounding
+            let Some(middle) = middle else {
+                break;
+            };
             if are_opposite(&middle.2, &from.2) {
                 to = middle;
             } else {
@@ -136,8 +168,13 @@ impl Integrator {
             apart = distance;
             least = least.min(distance.max(ROUNDING * size));
             largest = largest.max(distance).max(size);
+            halvings += 1;
         }
         let ahead = to.0.abs();
+        if halvings < FEW {
+            // so short are steps only where the acceleration grows without bound
+            return Some(Past::End(Outcome::Unbounded(to.1.t)));
+        }
         if is_of_another(&declaration, &to.1, &first.2) {
             return (apart > MEETS * largest && ahead > smallest).then_some(Past::Unseen(ahead));
         }
