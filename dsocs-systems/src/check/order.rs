@@ -119,13 +119,7 @@ pub fn order(motion: &CheckedMotion<'_>, report: &mut Report) {
     });
     let missed = report.findings.iter().any(|finding| !finding.ok());
     // what the run itself has seen of a singularity says more
-    let at_rest = || {
-        motion
-            .excuse()
-            .is_none()
-            .then(|| rest::passed(motion))
-            .flatten()
-    };
+    let at_rest = || motion.excuse().is_none().then(|| rest::passed(motion)).flatten();
     if missed && let Some(excuse) = at_rest().or_else(|| starts_at_rounding(motion)) {
         for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
             finding.excuse = Some(excuse.clone());
@@ -742,7 +736,7 @@ pub fn above_plateau(plateau: f64, mut points: Vec<[f64; 2]>) -> Option<Vec<[f64
 
 /// Whether points are on no line: the slopes from each to the next differ.
 fn scatter(points: &[[f64; 2]]) -> bool {
-    let slopes = points.windows(2).map(fitted);
+    let slopes = points.windows(2).map(fitted_slope);
     let [least, most] = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], slope| {
         [least.min(slope), most.max(slope)]
     });
