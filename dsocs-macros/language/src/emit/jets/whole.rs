@@ -34,11 +34,13 @@ impl Writer<'_> {
     pub(super) fn blocks_at_once(&self) -> [TokenStream; 2] {
         let [products, squares] = self.plan.whole;
         let (table, k) = (local("table"), local("k"));
-        let known = |operand: Option<Operand>| match operand
-            .map(|operand| self.plan.sequences.op(operand.sequence()))
-        {
-            Some(Op::Leaf(which)) => leaf(*which),
-            _ => quote!(__T::splat(0.0)),
+        let known = |operand: Option<Operand>| {
+            let op = operand.map(|operand| self.plan.sequences.op(operand.sequence()));
+            if let Some(Op::Leaf(which)) = op {
+                leaf(*which)
+            } else {
+                quote!(__T::splat(0.0))
+            }
         };
         let row = |operands: Vec<Operand>| {
             let lanes = (0..LANES).map(|lane| known(operands.get(lane).copied()));
