@@ -143,8 +143,8 @@ impl Power {
         above.copy_from_slice(terms);
         above[0] -= self.flank * value(terms, at);
         roots::crossings(above, found);
-        let places = found.iter().map(|crossing| crossing.at);
-        places.filter(|place| *place < at).last().unwrap_or(at)
+        let mut places = found.iter().map(|crossing| crossing.at);
+        places.rfind(|place| *place < at).unwrap_or(at)
     }
 }
 

@@ -269,27 +269,7 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
             points.truncate(stop);
         }
         if points.len() < 3 {
-            if k == 0 && points.is_empty() {
-                // constraints may leave no free motion, or every step may follow the motion exactly, as on a
-                // parabola
-                report.push(
-                    "errors of position, which are rounding at every step",
-                    Bar::AtMost(plateau),
-                    Ok(largest_error(errors)),
-                );
-                report.note("no order is fitted; a larger step may show one");
-            } else if k == 0 {
-                let error = "fewer than three errors are above rounding: give a larger step";
-                report.push(
-                    "slope of the errors of position",
-                    Bar::Reported,
-                    Err(error.into()),
-                );
-            } else {
-                report.note(&format!(
-                    "the errors of {name} are at rounding: no order is fitted"
-                ));
-            }
+            report_too_few(k, &points, (errors, plateau), report);
             continue;
         }
         let points = &points[points.len().saturating_sub(FITTED_POINTS)..];
@@ -339,6 +319,32 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
         let reached = number(*reached);
         report.note(&format!(
             "compared up to t = {reached}, since the continuous motion ends: {ended}"
+        ));
+    }
+}
+
+/// Reports that fewer than three errors of a quantity are above rounding.
+fn report_too_few(k: usize, points: &[[f64; 2]], (errors, plateau): (&[Vec<f64>], f64), report: &mut Report) {
+    if k == 0 && points.is_empty() {
+        // constraints may leave no free motion, or every step may follow the motion exactly, as on a
+        // parabola
+        report.push(
+            "errors of position, which are rounding at every step",
+            Bar::AtMost(plateau),
+            Ok(largest_error(errors)),
+        );
+        report.note("no order is fitted; a larger step may show one");
+    } else if k == 0 {
+        let error = "fewer than three errors are above rounding: give a larger step";
+        report.push(
+            "slope of the errors of position",
+            Bar::Reported,
+            Err(error.into()),
+        );
+    } else {
+        report.note(&format!(
+            "the errors of {} are at rounding: no order is fitted",
+            QUANTITIES[k]
         ));
     }
 }

@@ -189,7 +189,7 @@ fn what_overflows_is_told_with_what_to_write_instead() {
     ] {
         let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2 - {expression};");
         let system = Text::parse("well", &text).unwrap().system;
-        let any = dsocs_core::AnyStart::from(start.clone());
+        let any = dsocs_core::AnyStart::from(start);
         let tolerance = Tolerance::relative(1e-9);
         let error = dsocs_core::taylor::AnyTaylorFlow::of_tape(&system, &any, tolerance).unwrap_err();
         let error = error.to_string();

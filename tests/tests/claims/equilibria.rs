@@ -222,7 +222,7 @@ fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = {force};"
         ));
         let found = EquilibriumSearch::new(&system).near([0.5]).unwrap();
-        close(&found.q, &[at_rest / 2.0]);
+        assert_close(&found.q, &[at_rest / 2.0]);
         assert!(
             found.model.is_ok() && !found.is_held_by_friction() && found.frozen_at.is_none(),
             "{force}"
@@ -234,14 +234,14 @@ fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
          external_forces = if dot(y) > 1 { 0 } else { 2 } - dot(y);",
     );
     let found = EquilibriumSearch::new(&cruise).near([0.0]).unwrap();
-    close(&found.q, &[2.0]);
+    assert_close(&found.q, &[2.0]);
     assert_eq!(found.stability().unwrap(), Stability::Stable);
     // the force of a constraint has the side, too: the belt carries the block against a stop
     let stop = read(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2);
          holonomic = x - 1; external_forces = (-0.5 * (dot(x) - 0.4).signum(), 0);",
     );
-    close(
+    assert_close(
         &EquilibriumSearch::new(&stop).near([1.0, 0.2]).unwrap().force,
         &[-0.5, 0.0],
     );
@@ -253,7 +253,7 @@ fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
         "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = 0.5 - 0.1 * dot(x).signum();",
     );
     let found = EquilibriumSearch::new(&block).near([0.5]).unwrap();
-    close(&found.q, &[0.25]);
+    assert_close(&found.q, &[0.25]);
     assert!(found.is_held_by_friction());
     assert!(
         found.to_string().contains("in a range that friction holds"),
@@ -275,7 +275,7 @@ fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
     );
     for (t, place) in [(0.0, 0.25), (3.0, -0.25)] {
         let found = EquilibriumSearch::new(&belt).at(t).near([0.5]).unwrap();
-        close(&found.q, &[place]);
+        assert_close(&found.q, &[place]);
         assert_eq!(found.frozen_at, Some(t));
         assert!(found.to_string().contains("frozen at t"), "{found}");
     }

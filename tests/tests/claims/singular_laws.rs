@@ -288,7 +288,7 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
     let [mut ended, mut passed, mut regular] = [0; 3];
     for seed in 0..laws {
         let (law, state) = Law::drawn(&mut Random::new(seed));
-        let (track, singular) = law.followed(state);
+        let (track, singular) = law.determinants(state);
         let until = singular.map_or(track.last().unwrap()[0], |t| t + 0.1);
         if until >= END && singular.is_some() {
             continue;
