@@ -58,8 +58,8 @@ pub(crate) struct Integrator {
     pub(super) last: Option<(Compensated<1>, f64)>,
     /// Whether the last step begins, and whether it ends, at a switch or a knot.
     pub(super) at_switch: [bool; 2],
-    /// The size of the velocity lately: half of it is forgotten with each step. A body that comes to rest is
-    /// corrected by the rounding of the velocity that it had.
+    /// With constraints of lower order, the size of the velocity lately: half of it is forgotten with each step.
+    /// A body that comes to rest is corrected by the rounding of the velocity that it had.
     pub(super) lately: f64,
     /// The current time.
     pub(super) t: Compensated<1>,

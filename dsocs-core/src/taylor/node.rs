@@ -22,7 +22,9 @@ impl Integrator {
     /// Keeps what later steps need to know of a step of the length `h`: whether it ends at a switch, and the
     /// size of its velocity.
     pub(super) fn keep(&mut self, h: f64, at_switch: bool) {
-        self.lately = larger(self.pace(h), 0.5 * self.lately);
+        if self.projection.is_some() {
+            self.lately = larger(self.pace(h), 0.5 * self.lately);
+        }
         self.at_switch = [self.at_switch[1], at_switch];
     }
 
