@@ -469,10 +469,13 @@ impl Integrator {
             let is_knot = self.side(t, true) != self.side(t, false);
             // a jump of the velocity without a known switch
             let jumps = !at_switch && !is_knot && self.moved(judged_at).is_some();
-            let good = !jumps
-                && (self.control.good(&sizes, end, size, trial.is_rough)
-                    || self.is_rounding(equations, (end[1], size), trial.tries))
-                && (!trial.is_rough || at_corner || self.is_good_within(equations, &sizes, h, t));
+            let good = if jumps {
+                false
+            } else if self.control.good(&sizes, end, size, trial.is_rough) {
+                !trial.is_rough || at_corner || self.is_good_within(equations, &sizes, h, t)
+            } else {
+                self.is_rounding(equations, (end[1], size), trial.tries)
+            };
             // a jump of the acceleration is passed in a step shorter than the rounding of the time
             if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);
