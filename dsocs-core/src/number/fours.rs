@@ -1,7 +1,7 @@
 //! Four numbers side by side.
 //!
-//! The compiler puts four sums into a register by itself, but gives that up where each of them is used by itself later. Where that costs more than all
-//! the rest the registers are named.
+//! The compiler vectorises four sums by itself, but not where each of them is used by itself later. Where that costs
+//! more than all the rest, the registers are named here.
 
 #![allow(clippy::inline_always)] // parts of recurrences, which are compiled for the machine's own instructions
 
@@ -15,10 +15,10 @@ pub trait Fours<T>: Copy {
     /// Four numbers.
     type Row: Copy;
 
-    /// Puts them side by side.
+    /// The row of four numbers.
     fn row(self, numbers: [T; 4]) -> Self::Row;
 
-    /// Takes them apart.
+    /// The four numbers of a row.
     fn numbers(self, row: Self::Row) -> [T; 4];
 
     /// `a + b`
@@ -28,16 +28,16 @@ pub trait Fours<T>: Copy {
     fn add_product(self, sum: Self::Row, a: Self::Row, b: Self::Row) -> Self::Row;
 }
 
-/// Work on rows of four, compiled for each kind of arithmetic. All that it calls is to be inlined.
+/// A computation on rows of four, compiled for each kind of arithmetic. All functions that it calls are inlined.
 pub trait OnFours<T> {
-    /// What it gives.
+    /// Its result.
     type Output;
 
-    /// Does the work.
+    /// Computes the result with an arithmetic.
     fn run<F: Fours<T>>(self, fours: F) -> Self::Output;
 }
 
-/// Numbers one by one, which add a product as `add_product` says.
+/// Arithmetic on one number after the other; the function adds a product to a sum.
 #[derive(Clone, Copy)]
 pub(crate) struct OneByOne<A>(pub A);
 
@@ -101,7 +101,7 @@ impl Fours<f64> for Registers {
     }
 }
 
-/// Does work on doubles: in registers if products are fused, which is then known of the machine.
+/// Computes with doubles: in registers if products are fused, since the machine then has them.
 #[inline(always)]
 pub(crate) fn on_doubles<const FUSED: bool, W: OnFours<f64>>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]

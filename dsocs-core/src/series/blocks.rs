@@ -61,8 +61,8 @@ pub(super) fn first<const EAGER: bool>(k: usize) -> usize {
     if EAGER && k > 2 { 2 } else { 1 }
 }
 
-/// How many of the first blocks of so many have one sum in each lane. The others have two side by side: of a few blocks there are registers for them, and of
-/// those beyond the last four.
+/// The number of leading blocks that form one sum in each lane. The others form two, which need not wait for each
+/// other: there are registers for those of at most two blocks, and for the ones beyond a multiple of four.
 #[inline(always)]
 pub(super) fn ones(blocks: usize) -> usize {
     match blocks {
@@ -84,8 +84,9 @@ pub(crate) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums:
     }
 }
 
-/// The inner sums of any number of blocks of products and of squares, as [`Table::product_sums`] and [`Table::square_sums`] form them: the squares
-/// stand behind the products.
+/// The inner sums of any number of blocks of products, then of squares, in the order in which
+/// [`Table::product_sums`](super::sums::Table::product_sums) and
+/// [`Table::square_sums`](super::sums::Table::square_sums) add their terms.
 #[inline(always)]
 pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
     products: &[Products],
@@ -171,7 +172,8 @@ fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>
     total
 }
 
-/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.
+/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` partial sums, whose additions need not
+/// wait for each other.
 #[inline(always)]
 pub(super) fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
     blocks: &[Products<T>; P],

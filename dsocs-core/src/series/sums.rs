@@ -12,8 +12,9 @@ use super::orders::{LANES, ROWS, Row};
 use super::switch::{Switch, Switches};
 use super::whole::{self, Together};
 
-/// What the recurrences of a system keep of the orders before: `H` times `B` blocks of products whose operands are known before anything of an order is
-/// computed, `P` other blocks of products, `S` of squares, `C` calls of the user's functions, `W` switches; the last two for each motion.
+/// The coefficients of lower orders that the recurrences of a system need: `H` groups of `B` blocks of products of
+/// positions and velocities, `P` blocks of other products, `S` of squares, `C` calls of the user's functions, `W`
+/// switches; the last two for each motion.
 #[derive(Debug)]
 pub struct Table<
     T,
@@ -24,7 +25,7 @@ pub struct Table<
     const H: usize = 0,
     const B: usize = 1,
 > {
-    /// Operands of products that are known.
+    /// Operands of products of positions and velocities.
     whole: Box<[Together<T, B>; H]>,
     /// Operands of products.
     pub products: Box<[Products<T>; P]>,
@@ -199,7 +200,8 @@ impl<
             }
             return sums;
         }
-        // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
+        // up to two blocks share one loop: there are registers for all of their sums, and the loop is most of
+        // the work
         if H * B + P <= 2 {
             return together::<T, FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
         }
@@ -215,7 +217,7 @@ impl<
         sums
     }
 
-    /// Takes order 0 of the products, and of the first squares, whose operands are known before anything of an order is computed.
+    /// Stores order 0 of the operands of products, and of the first squares, of positions and velocities.
     #[inline(always)]
     pub fn begin_whole<const V: usize>(&mut self, products: [[[Row<T>; B]; H]; 2], squares: [Row<T>; V]) {
         let [left, right] = products;
@@ -228,7 +230,8 @@ impl<
         }
     }
 
-    /// Takes order `k` of these products, and returns their coefficients, with the terms of all orders; `USED` of them are asked for.
+    /// Stores order `k` of the operands of these products, and returns their coefficients of that order, of which
+    /// the first `USED` are needed.
     #[inline(always)]
     pub fn whole_products<const FUSED: bool, const EAGER: bool, const USED: usize>(
         &mut self,
@@ -250,7 +253,8 @@ impl<
         rows
     }
 
-    /// The same of squares.
+    /// Stores order `k` of the operands of these squares, and returns their coefficients of that order, of which the
+    /// first `USED` are needed.
     #[inline(always)]
     pub fn whole_squares<const FUSED: bool, const EAGER: bool, const USED: usize, const V: usize>(
         &mut self,

@@ -1,5 +1,5 @@
-//! Blocks of products and of squares whose operands are known before anything of an order is computed, as positions and velocities are: their coefficients
-//! are computed side by side, with the terms of all orders.
+//! Blocks of products and of squares of positions and velocities. Their coefficients of order `k` are known before
+//! the recurrences of that order begin, so a block's coefficients are complete sums, formed in one register.
 
 // parts of every order, which are compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
@@ -42,7 +42,8 @@ impl<T: Coefficient, const EAGER: bool, const B: usize, const A: usize> OnFours<
 {
     type Output = [Row<T>; B];
 
-    /// The terms are added in the order in which [`crate::series::formulas::product`] and its inner sum add them, these in `A` sums side by side.
+    /// Adds the terms in the order of [`crate::series::formulas::product`] and of its inner sum, which is formed in
+    /// `A` partial sums.
     #[inline(always)]
     fn run<F: Fours<T>>(self, fours: F) -> [Row<T>; B] {
         let Self { blocks, k, now } = self;
@@ -71,7 +72,7 @@ impl<T: Coefficient, const EAGER: bool, const B: usize, const A: usize> OnFours<
     }
 }
 
-/// The sums of products of rows, of which as many are read from the left as from the right, these backwards; in `A` sums side by side.
+/// The sums of the products of the left rows with the right rows in reverse order, in `A` partial sums.
 #[inline(always)]
 fn inner<T: Coefficient, F: Fours<T>, const B: usize, const A: usize>(
     fours: F,
@@ -109,7 +110,7 @@ fn add<T: Coefficient, F: Fours<T>, const B: usize>(
     }
 }
 
-/// The same of numbers each of which fills registers alone: of so many products.
+/// The first `used` products of order `k`, for numbers each of which fills registers by itself.
 #[inline(always)]
 pub(super) fn one_by_one<T: Coefficient, const B: usize>(
     blocks: &mut Together<T, B>,
@@ -184,7 +185,7 @@ fn inner_squares<T: Coefficient, F: Fours<T>>(
     sum
 }
 
-/// The same of numbers each of which fills registers alone: of so many squares.
+/// The first `used` squares of order `k`, for numbers each of which fills registers by itself.
 #[inline(always)]
 pub(super) fn squares_one_by_one<T: Coefficient>(
     block: &mut Squares<T>,
@@ -212,7 +213,7 @@ mod tests {
         [0, 1].map(|block| [0, 1, 2, 3].map(|lane| ((31 * k + 17 * side + 5 * block + lane) as f64).sin()))
     }
 
-    /// What is remembered of an operand: orders 1 and `k - 1`, and 0 before they are known.
+    /// The coefficients of an operand of the orders 1 and `k - 1`; 0 where there is none of that order.
     fn newest(k: usize, of: impl Fn(usize) -> f64) -> [f64; 2] {
         [
             if k > 2 { of(1) } else { 0.0 },

@@ -1,4 +1,5 @@
-//! Products and squares of positions and velocities, which are known before anything of an order is computed: whole blocks of them, side by side.
+//! Whole blocks of products and squares of positions and velocities, whose coefficients of an order are known before
+//! its recurrences begin.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
@@ -8,7 +9,7 @@ use super::sequence::{Lane, Op, Operand, Sequence};
 use super::write::{Writer, at, leaf, local};
 
 impl Writer<'_> {
-    /// The coefficient of order `k` of a product or a square where that of its whole block is known.
+    /// The coefficient of order `k` of a product or a square that is in a whole block.
     pub(super) fn whole(&self, sequence: Sequence, op: &Op) -> Option<TokenStream> {
         if !matches!(op, Op::Product(..) | Op::Square(_)) {
             return None;
@@ -30,7 +31,7 @@ impl Writer<'_> {
         }
     }
 
-    /// What is computed block by block of products of positions and velocities: the statements of order 0, and of order `k`.
+    /// The statements for whole blocks, of order 0 and of order `k`.
     pub(super) fn blocks_at_once(&self) -> [TokenStream; 2] {
         let [products, squares] = self.plan.whole;
         let (table, k) = (local("table"), local("k"));
@@ -76,7 +77,7 @@ impl Writer<'_> {
         [quote!(#table.begin_whole([#left, #right], #of_squares);), next]
     }
 
-    /// How many products and squares there are.
+    /// The numbers of products and of squares.
     pub(super) fn used(&self) -> [Literal; 2] {
         [
             self.plan.sequences.products.len(),
@@ -85,7 +86,7 @@ impl Writer<'_> {
         .map(at)
     }
 
-    /// How many groups of blocks of products there are whose operands are known, and how many blocks a group has.
+    /// The number of groups of whole blocks of products, and the number of blocks in a group.
     pub(super) fn whole_blocks(&self) -> [usize; 2] {
         let [products, _] = self.plan.whole;
         let size = products.clamp(1, 2);
