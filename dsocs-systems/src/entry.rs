@@ -68,6 +68,7 @@ pub use any_system::ExtraParameter;
 pub(crate) use any_system::{Motions, TypedSystem};
 pub use beginning::Beginning;
 pub use columns::{Column, Row, columns, is_closed};
+pub(crate) use columns::{constraint_power, energy_terms};
 pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
 pub use error::{CheckFailure, EntryError, Mistake};

@@ -6,6 +6,7 @@
 //! two solutions may come close to each other: a step that is too long for that arrives at the wrong one.
 
 use super::integrator::{Integrator, Outcome};
+use super::projection::size;
 use super::recurrences::SeriesKernel;
 use crate::regularity::dependence;
 use crate::solve::Vector;
@@ -141,7 +142,6 @@ impl Integrator {
         }
         let (mut least, mut apart, mut largest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
         let mut halvings = 0;
-        let size = |x: &Vector| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         let rounding =
             RESOLVED * f64::EPSILON * (size(&first.1.q) / size(&first.1.v)).max(self.t.hi[0].abs());
         for _ in 0..HALVINGS {

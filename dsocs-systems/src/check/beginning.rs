@@ -62,6 +62,6 @@ impl<'a> BeginningFromRest<'a> {
 }
 
 /// The largest component.
-fn size(x: &[f64]) -> f64 {
+pub fn size(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| larger(most, x.abs()))
 }

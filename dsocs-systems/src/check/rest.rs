@@ -1,5 +1,6 @@
 //! Motions that pass through rest where their law depends on the direction of the velocity.
 
+use super::beginning::size;
 use super::motions::{State, expansion};
 use super::{CheckedMotion, larger};
 use crate::stability::number;
@@ -19,7 +20,6 @@ const NO_DIFFERENCE: f64 = 1e-3;
 /// The reason why no order is required of a motion that passes through rest, where another direction of the
 /// velocity, however small it is, gives another acceleration: the law has no value at rest itself.
 pub fn passed(motion: &CheckedMotion<'_>) -> Option<String> {
-    let size = |x: &[f64]| x.iter().fold(0.0, |most, x| larger(most, x.abs()));
     let legs = &motion.legs;
     let longest = legs.iter().fold(0.0, |most, leg| larger(most, size(&leg.d)));
     let slowest = legs.windows(2).filter(|pair| {

@@ -102,15 +102,23 @@ const TERMS_EVERY: u64 = 16;
 /// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
 #[inline]
 pub(super) fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
-    let power: f64 = node.force.iter().zip(node.v).map(|(force, v)| force * v).sum();
-    // only their mean is used, for which some nodes are enough
-    let is_looked_at = node.index.is_multiple_of(TERMS_EVERY);
-    (power, is_looked_at.then(|| terms(declaration, node)))
+    // some nodes are enough for their mean
+    let is_examined = node.index.is_multiple_of(TERMS_EVERY);
+    (
+        constraint_power(node),
+        is_examined.then(|| energy_terms(declaration, node)),
+    )
 }
 
-/// The sum of the energy's terms at a node.
+/// The power of a node's constraint force.
+#[inline]
+pub(crate) fn constraint_power(node: &AnyNode<'_>) -> f64 {
+    node.force.iter().zip(node.v).map(|(force, v)| force * v).sum()
+}
+
+/// The sum of the sizes of the energy's terms at a node.
 #[inline(never)]
-fn terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
+pub(crate) fn energy_terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
     node.energy.abs() + 2.0 * declaration.lagrangian(node.t, node.q, node.v).abs()
 }
 

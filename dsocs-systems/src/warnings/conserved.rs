@@ -1,8 +1,6 @@
 //! Detects, in a run to a tolerance, that an energy which nothing declared can change is not constant.
 
-use dsocs_core::AnyNode;
-
-use crate::entry::Row;
+use crate::entry::{Row, constraint_power, energy_terms};
 
 /// An energy that is off by more than this many tolerances is told: of the mean of the sum of its terms, and
 /// of the largest sum, as near a pole, where a step may be off by the tolerance of that; and one that is off
@@ -71,8 +69,7 @@ impl Conserved {
     /// Sums the terms of energy and power at a node.
     #[cold]
     fn sum(&mut self, row: &Row<'_>) {
-        let AnyNode { t, q, v, force, .. } = row.node;
-        let size = row.node.energy.abs() + 2.0 * row.declaration.lagrangian(t, q, v).abs();
+        let (t, size) = (row.node.t, energy_terms(&row.declaration, &row.node));
         let (before, sum, largest) = self.terms;
         let since = if self.nodes == 0 { 1 } else { self.nodes - before };
         self.terms = (self.nodes, sum + since as f64 * size, largest.max(size));
@@ -81,10 +78,10 @@ impl Conserved {
         if shape.holonomic + shape.nonholonomic == 0 {
             return;
         }
-        let power: f64 = force.iter().zip(v).map(|(force, v)| force * v).sum();
-        let (then, earlier) = core::mem::replace(&mut self.power, (t, power.abs()));
+        let power = constraint_power(&row.node).abs();
+        let (then, earlier) = core::mem::replace(&mut self.power, (t, power));
         if self.nodes > 0 {
-            self.work += (t - then).abs() * power.abs().max(earlier);
+            self.work += (t - then).abs() * power.max(earlier);
         }
     }
 
