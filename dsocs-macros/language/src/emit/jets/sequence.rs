@@ -408,8 +408,12 @@ impl Sequences {
                 known / lanes
             }
         });
-        // of more than two, two share a loop
-        [if whole[0] > 2 { whole[0] / 2 * 2 } else { whole[0] }, whole[1]]
+        // of more than two, two share a loop; a single block costs more than its registers spare
+        match whole {
+            [products, squares] if products + squares < 2 => [0, 0],
+            [products, squares] if products > 2 => [products / 2 * 2, squares],
+            few => few,
+        }
     }
 
     /// Whether the coefficients of an operand are known before anything of an order is computed.
