@@ -124,7 +124,7 @@ pub(super) fn in_pairs<T: Coefficient, const FUSED: bool, const A: usize>(
     }
 }
 
-/// [`together`] with rows that are iterated over, so that no place is compared with a length.
+/// [`together`] with rows that are iterated over: faster where more sums follow.
 #[inline(always)]
 fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
     blocks: &[Products<T>; P],
@@ -173,36 +173,47 @@ fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>
 }
 
 /// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` partial sums, whose additions need not
-/// wait for each other.
+/// wait for each other. Rows are split off both ends, so that no place is compared with a length.
 #[inline(always)]
 pub(super) fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
     blocks: &[Products<T>; P],
     k: usize,
     first: usize,
 ) -> [Row<T>; P] {
-    let k = k.clamp(1, ROWS - 1);
-    let mut sums = [[[T::splat(0.0); LANES]; P]; A];
-    let end = k + 1 - first;
-    let mut j = first;
-    while j + A <= end {
-        for (a, sums) in sums.iter_mut().enumerate() {
-            for (sum, block) in sums.iter_mut().zip(blocks) {
-                add_rows::<T, FUSED>(sum, &block.left[j + a], &block.right[k - j - a], LANES);
+    let end = (k.clamp(1, ROWS - 1) + 1).saturating_sub(first);
+    // as many rows from the left as from the right, which are read backwards
+    let (mut ahead, mut back): ([&[Row<T>]; P], [&[Row<T>]; P]) = ([&[]; P], [&[]; P]);
+    for p in 0..P {
+        ahead[p] = blocks[p].left.get(first..end).unwrap_or_default();
+        back[p] = blocks[p].right.get(first..end).unwrap_or_default();
+    }
+    let mut sums = [[[T::splat(0.0); LANES]; A]; P];
+    'rows: loop {
+        for p in 0..P {
+            let split = (ahead[p].split_first_chunk::<A>(), back[p].split_last_chunk::<A>());
+            let (Some((left, later)), Some((earlier, right))) = split else {
+                break 'rows;
+            };
+            for a in 0..A {
+                add_rows::<T, FUSED>(&mut sums[p][a], &left[a], &right[A - 1 - a], LANES);
             }
+            (ahead[p], back[p]) = (later, earlier);
         }
-        j += A;
-    }
-    while j < end {
-        for (sum, block) in sums[0].iter_mut().zip(blocks) {
-            add_rows::<T, FUSED>(sum, &block.left[j], &block.right[k - j], LANES);
+        if P == 0 {
+            break;
         }
-        j += 1;
     }
-    let mut total = sums[0];
-    for sums in &sums[1..] {
-        for (total, sum) in total.iter_mut().zip(sums) {
+    let mut total = [[T::splat(0.0); LANES]; P];
+    for p in 0..P {
+        let (mut later, mut earlier) = (ahead[p], back[p]);
+        while let ([left, rest @ ..], [others @ .., right]) = (later, earlier) {
+            add_rows::<T, FUSED>(&mut sums[p][0], left, right, LANES);
+            (later, earlier) = (rest, others);
+        }
+        total[p] = sums[p][0];
+        for sum in &sums[p][1..] {
             for lane in 0..LANES {
-                total[lane] = total[lane] + sum[lane];
+                total[p][lane] = total[p][lane] + sum[lane];
             }
         }
     }
