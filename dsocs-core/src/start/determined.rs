@@ -53,6 +53,29 @@ pub(crate) fn determined(
     })
 }
 
+/// [`determined`] by one update from a solution close by, which is enough for a determinant.
+fn updated(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64], &[f64]),
+    near: &Vector,
+) -> Option<Determined> {
+    let n = q.len();
+    if declaration.shape().jumps && declaration.sides() > 0 {
+        // what rests is found by a search
+        return determined(declaration, (t, q, v), &near[..n]);
+    }
+    let point = |a| AnyPoint { t, q, v, a };
+    let mut rows = Vector::nan(near.len());
+    let mut jacobian = Square::zero(near.len());
+    let (a, multipliers) = near.split_at(n);
+    declaration.linearize_continuous(point(a), multipliers, &mut rows, jacobian.entries_mut());
+    let update = jacobian.solve(&rows)?;
+    let motion = near.zip(&update, |near, update| near - update);
+    let (a, multipliers) = motion.split_at(n);
+    let determinant = determinant_at(declaration, point(a), multipliers);
+    (!determinant.value.is_nan()).then_some(Determined { motion, determinant })
+}
+
 /// Checks that the equations are regular at a start: that their determinant hardly changes a few roundings
 /// beside it. If it does, as with `theta = pi / 2` and a factor `cos(theta)`, the acceleration is only
 /// rounding.
@@ -62,14 +85,15 @@ pub(crate) fn check(
     (t, q0, v0): (f64, &[f64], &[f64]),
     a: &[f64],
 ) -> Result<(), SetupError> {
-    underflow::check(declaration, (t, q0, v0), None)?;
-    let Some(here) = determined(declaration, (t, q0, v0), a) else {
+    let guess = Vector::resized(a, declaration.shape().motion);
+    let Some(here) = updated(declaration, (t, q0, v0), &guess) else {
         return Ok(());
     };
+    underflow::check_at(declaration, (t, q0, v0), &here.motion, None)?;
     let is_other = |roundings: [f64; 3]| {
         let moved = |x: f64, i: usize| x * (1.0 + roundings[i % 3] * f64::EPSILON);
         let [q, v] = [q0, v0].map(|x| Vector::from_fn(x.len(), |i| moved(x[i], i)));
-        let beside = determined(declaration, (moved(t, 2), &q, &v), a);
+        let beside = updated(declaration, (moved(t, 2), &q, &v), &here.motion);
         beside.is_some_and(|beside| {
             let unit = here.determinant.exponent;
             let [here, beside] = [&here, &beside].map(|at| at.determinant.in_units_of(unit));
