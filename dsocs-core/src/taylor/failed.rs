@@ -16,7 +16,7 @@ const STALLED: f64 = 1e-9;
 /// itself. After the next number of torn steps, each shorter than its series allows, the motion oscillates
 /// about a place where the acceleration jumps.
 const TORN: f64 = 0.5;
-const BACK_AND_FORTH: u32 = 16;
+pub(super) const BACK_AND_FORTH: u32 = 16;
 
 impl Integrator {
     /// Counts the trial step as torn if the acceleration at its end is not that of its series, longer steps
@@ -42,13 +42,30 @@ impl Integrator {
         }
     }
 
-    /// The failure of a motion that oscillates about a place.
-    pub(super) fn goes_back_and_forth(&self) -> Option<SeriesFailure> {
+    /// Whether the motion ends at the current point, and why.
+    #[inline(never)] // seldom in a smooth motion
+    pub(super) fn halts(&mut self, equations: &mut dyn SeriesKernel) -> Option<SeriesFailure> {
+        if self.steps >= self.looks_at()
+            && let Some(cause) = self.has_stalled()
+        {
+            return Some(cause);
+        }
+        if self.watch.as_ref().is_some_and(|watch| watch.forks) {
+            return Some(SeriesFailure::Forks);
+        }
+        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone())
+            && !self.rest(equations, None)
+        {
+            let is_declared = equations.declaration().shape().piecewise;
+            return Some(SeriesFailure::Sticks { switch, is_declared });
+        }
         let (steps, since) = self.torn;
-        (steps >= BACK_AND_FORTH).then(|| SeriesFailure::BackAndForth {
-            steps,
-            led: (self.t.hi[0] - since).abs(),
-        })
+        if steps >= BACK_AND_FORTH {
+            let led = (self.t.hi[0] - since).abs();
+            return Some(SeriesFailure::BackAndForth { steps, led });
+        }
+        let (switch, by) = self.jump.clone()?;
+        Some(SeriesFailure::Jumps { switch, by })
     }
 
     /// The failure of a motion that hardly advances, or has made the largest number of steps.

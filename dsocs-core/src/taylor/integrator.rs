@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use super::control::{Control, Judged, NOTHING, Sizes, Tolerance};
 use super::corner;
+use super::failed::BACK_AND_FORTH;
 use super::order::Order;
 use super::projection::Projection;
 use super::recurrences::SeriesKernel;
@@ -342,26 +343,13 @@ impl Integrator {
             until
         };
         let left = (until - self.t.hi[0]) - self.t.lo[0];
-        if self.steps >= self.looks_at()
-            && let Some(cause) = self.has_stalled()
+        if (self.steps >= self.looks_at()
+            || self.watch.is_some()
+            || self.jump.is_some()
+            || self.torn.0 >= BACK_AND_FORTH)
+            && let Some(cause) = self.halts(equations)
         {
             return Err(self.failed(equations, cause).into());
-        }
-        if self.watch.as_ref().is_some_and(|watch| watch.forks) {
-            return Err(self.failed(equations, SeriesFailure::Forks).into());
-        }
-        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone())
-            && !self.rest(equations, None)
-        {
-            let is_declared = equations.declaration().shape().piecewise;
-            let cause = SeriesFailure::Sticks { switch, is_declared };
-            return Err(self.failed(equations, cause).into());
-        }
-        if let Some(cause) = self.goes_back_and_forth() {
-            return Err(self.failed(equations, cause).into());
-        }
-        if let Some((switch, by)) = self.jump.clone() {
-            return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
         if self.steps >= self.weights.next || self.have_fallen() {
             self.weigh(equations);
@@ -372,12 +360,14 @@ impl Integrator {
             && let Some(last) = self.corner.take()
         {
             self.step_from_corner(equations, (until, left), last)
-        } else if self.rests() {
-            self.step_at_rest(equations, (until, left), smallest)
-        } else {
-            if let Some(watch) = &mut self.watch {
+        } else if let Some(watch) = &mut self.watch {
+            if watch.sticking.is_some() {
+                self.step_at_rest(equations, (until, left), smallest)
+            } else {
                 watch.rested = None;
+                self.advance(equations, (until, left), smallest)
             }
+        } else {
             self.advance(equations, (until, left), smallest)
         };
         match outcome {
@@ -466,7 +456,7 @@ impl Integrator {
                 trial.end = self.locate(equations, left.signum(), [0.0, judged_at.abs()]);
                 continue;
             }
-            let is_knot = self.side(t, true) != self.side(t, false);
+            let is_knot = self.is_knot(t);
             // a jump of the velocity without a known switch
             let jumps = !at_switch && !is_knot && self.moved(judged_at).is_some();
             let good = if jumps {

@@ -19,12 +19,16 @@ impl Integrator {
         }
     }
 
+    /// Whether a time is a knot.
+    #[inline]
+    pub(super) fn is_knot(&self, t: f64) -> bool {
+        !self.knots.is_empty() && self.knots.binary_search_by(|knot| knot.total_cmp(&t)).is_ok()
+    }
+
     /// A time seen from ahead or from behind, in the direction of the run, so that piecewise functions of
     /// time use the right piece at a knot.
     pub(super) fn side(&self, t: f64, ahead: bool) -> f64 {
-        let is_knot =
-            !self.knots.is_empty() && self.knots.binary_search_by(|knot| knot.total_cmp(&t)).is_ok();
-        if is_knot && ahead != self.clock.is_forward() {
+        if self.is_knot(t) && ahead != self.clock.is_forward() {
             t.next_down()
         } else {
             t
