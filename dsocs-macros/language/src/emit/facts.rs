@@ -49,7 +49,8 @@ impl Facts {
         let n = model.coordinates.len();
         let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
         let is_unknown = |leaf| matches!(leaf, Leaf::Z(_));
-        let jumps = |&row: &NodeId| graph.deciding(row).any(is_unknown) || graph.calls_with(row, is_unknown);
+        let jumps =
+            |&row: &NodeId| graph.jump_leaves(row).any(is_unknown) || graph.calls_with(row, is_unknown);
         let moves = |leaf| matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Z(_));
         let mut solved = unknowns.rows.iter().chain(&unknowns.second_difference);
         // with constraints of third order a step also knows the previous second difference
@@ -73,7 +74,7 @@ impl Facts {
             external_forces: !model.external_forces.is_empty(),
             linear: unknowns.jacobian.iter().flatten().all(affine),
             jumps: unknowns.rows.iter().any(jumps),
-            piecewise: solved.any(|&value| graph.deciding(value).any(moves)),
+            piecewise: solved.any(|&value| graph.jump_leaves(value).any(moves)),
             switches,
             scaled: unknowns.scaled(graph),
             divided: (model.constraints.iter()).any(|row| row.divided || row.divide.is_some()),

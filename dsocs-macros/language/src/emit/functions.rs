@@ -48,15 +48,10 @@ impl Functions {
             nodes.push(point.t);
         }
         let mut called = BTreeSet::new();
-        let mut seen = BTreeSet::new();
-        while let Some(node) = nodes.pop() {
-            if !seen.insert(node) {
-                continue;
-            }
+        for node in model.graph.subexpressions(nodes, |_| true) {
             if let Node::Call { callee, args, .. } = model.graph.node(node) {
                 called.insert((*callee, args.len()));
             }
-            nodes.extend(model.graph.parts(node));
         }
         Self(called)
     }

@@ -135,7 +135,7 @@ impl Graph {
                 self.linear(0.0, &terms)
             }
             Node::Unary(op, a) => {
-                let outer = self.unary_derivative(op, a, id);
+                let outer = op.derivative(self, a, id);
                 let tangent = self.tangent_with(a, of, known);
                 self.mul(outer, tangent)
             }
@@ -177,73 +177,6 @@ impl Graph {
         };
         known.insert(id, result);
         result
-    }
-
-    /// `dop/da` at `a`, where `value` is the node `op(a)`.
-    fn unary_derivative(&mut self, op: Unary, a: NodeId, value: NodeId) -> NodeId {
-        // (1 - x)(1 + x) keeps the digits that 1 - x² loses near |x| = 1
-        let conjugate = |graph: &mut Self, x: NodeId| {
-            let (minus, plus) = (graph.linear(1.0, &[(x, -1.0)]), graph.linear(1.0, &[(x, 1.0)]));
-            graph.mul(minus, plus)
-        };
-        match op {
-            Unary::Sqrt => {
-                let inverse = self.recip(value);
-                self.scale(0.5, inverse)
-            }
-            Unary::Cbrt => {
-                let inverse = self.powi(value, -2);
-                self.scale(1.0 / 3.0, inverse)
-            }
-            Unary::Exp => value,
-            Unary::ExpM1 => self.linear(1.0, &[(value, 1.0)]),
-            Unary::Ln => self.recip(a),
-            Unary::Ln1p => {
-                let argument = self.linear(1.0, &[(a, 1.0)]);
-                self.recip(argument)
-            }
-            Unary::Sin => self.unary(Unary::Cos, a),
-            Unary::Cos => {
-                let sine = self.unary(Unary::Sin, a);
-                self.neg(sine)
-            }
-            Unary::Tan => {
-                let square = self.powi(value, 2);
-                self.linear(1.0, &[(square, 1.0)])
-            }
-            Unary::Asin | Unary::Acos => {
-                let square = conjugate(self, a);
-                let root = self.unary(Unary::Sqrt, square);
-                let inverse = self.recip(root);
-                self.scale(if op == Unary::Asin { 1.0 } else { -1.0 }, inverse)
-            }
-            Unary::Atan => {
-                let square = self.powi(a, 2);
-                let sum = self.linear(1.0, &[(square, 1.0)]);
-                self.recip(sum)
-            }
-            Unary::Sinh => self.unary(Unary::Cosh, a),
-            Unary::Cosh => self.unary(Unary::Sinh, a),
-            Unary::Tanh => conjugate(self, value),
-            Unary::Asinh => {
-                let square = self.powi(a, 2);
-                let sum = self.linear(1.0, &[(square, 1.0)]);
-                let root = self.unary(Unary::Sqrt, sum);
-                self.recip(root)
-            }
-            Unary::Acosh => {
-                let square = conjugate(self, a);
-                let negative = self.neg(square);
-                let root = self.unary(Unary::Sqrt, negative);
-                self.recip(root)
-            }
-            Unary::Atanh => {
-                let square = conjugate(self, a);
-                self.recip(square)
-            }
-            Unary::Abs => self.unary(Unary::Signum, a),
-            Unary::Signum => self.constant(0.0),
-        }
     }
 
     fn powf_derivative(

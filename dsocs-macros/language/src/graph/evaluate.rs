@@ -1,6 +1,6 @@
 //! Numeric evaluation of expressions.
 
-use super::{Comparison, Graph, Leaf, Node, NodeId, for_parts};
+use super::{Comparison, Graph, Leaf, Node, NodeId};
 
 impl Graph {
     /// The values of some expressions, given those of the leaves and the parameters; `None` where one calls a
@@ -19,7 +19,9 @@ impl Graph {
         // the parts of a node have smaller numbers than the node
         for place in (0..count).rev() {
             if needed[place] {
-                for_parts(&self.nodes[place], |part| needed[part.index()] = true);
+                for part in self.nodes[place].parts() {
+                    needed[part.index()] = true;
+                }
             }
         }
         let mut values = vec![f64::NAN; count];

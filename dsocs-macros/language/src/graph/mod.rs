@@ -7,6 +7,7 @@
 //! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression from another
 //!   ([`mod@rewrite`]);
 //! - [`derivative`](Graph::derivative): forward differentiation ([`mod@derivative`]);
+//! - [`mod@unary`]: the functions of one argument;
 //! - [`mod@rotation`]: coordinates that are rotations, and their derivatives;
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
@@ -24,17 +25,20 @@ mod derivative;
 mod difference;
 mod evaluate;
 mod identity;
+mod node;
 mod nonzero;
 mod power;
 mod rewrite;
 pub(crate) mod rotation;
 mod sets;
+mod signs;
+mod unary;
 
 use std::collections::BTreeMap;
 use std::hash::BuildHasher;
 use std::rc::Rc;
 
-use proc_macro2::{Ident, Span, TokenStream};
+use proc_macro2::TokenStream;
 
 use crate::hash::{FxBuildHasher, HashMap, HashSet};
 use crate::limits;
@@ -43,8 +47,10 @@ use sets::{Set, Sets};
 
 pub(crate) use build::collect;
 pub(crate) use difference::Change;
+pub(crate) use node::{Bits, Callee, Comparison, Leaf, Node, NodeId};
 pub(crate) use nonzero::Slopes;
 pub(crate) use rewrite::{Memory, Pass, Substitution};
+pub(crate) use unary::Unary;
 
 /// A parameter as it is read from the struct.
 #[derive(Clone, Copy, Debug)]
@@ -60,214 +66,6 @@ fn without_spaces(tokens: &TokenStream) -> String {
     tokens.to_string().replace(char::is_whitespace, "")
 }
 
-/// A node of a [`Graph`].
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(crate) struct NodeId(u32);
-
-impl NodeId {
-    pub(crate) fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-/// A variable of an expression.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(crate) enum Leaf {
-    /// A coordinate of the continuous motion.
-    Q(usize),
-    /// A velocity `q̇`.
-    V(usize),
-    /// An acceleration `q̈`.
-    A(usize),
-    /// A jerk, the third derivative.
-    J(usize),
-    /// The time of the continuous motion.
-    T,
-    /// A coordinate of a map's first node.
-    X0(usize),
-    /// A coordinate of a map's second node.
-    X1(usize),
-    /// A coordinate of a map's third node.
-    X2(usize),
-    /// A component of a rotation's local increment `x` from a map's first node to its second, `X1 = X0 τ(x)`.
-    Chord(usize),
-    /// The time of a map's first node.
-    T0,
-    /// The time of a map's second node.
-    T1,
-    /// The time of a map's third node.
-    T2,
-    /// The step `h`.
-    H,
-    /// A coordinate of the step's middle node `q1`.
-    N(usize),
-    /// The time of the step's middle node.
-    Clock,
-    /// A component of the increment `q1 - q0`.
-    D(usize),
-    /// A component of the previous second difference, which ends with `q1`. Only with constraints of third
-    /// order.
-    P(usize),
-    /// A component of the unknown difference: the second, `q2 - 2 q1 + q0`, or with constraints of third
-    /// order the third, by which it differs from `P`.
-    E(usize),
-    /// A multiplier.
-    Lambda(usize),
-    /// An unknown of the step, by its place.
-    Z(usize),
-    /// A number between -1 and 1 that replaces a sign (see [`crate::mechanics::Sides`]).
-    Side(usize),
-}
-
-impl Leaf {
-    /// The index of the leaf among those of its kind; `None` for times and the step.
-    pub(crate) fn place(self) -> Option<usize> {
-        match self {
-            Self::Q(i)
-            | Self::V(i)
-            | Self::A(i)
-            | Self::J(i)
-            | Self::X0(i)
-            | Self::X1(i)
-            | Self::X2(i)
-            | Self::Chord(i)
-            | Self::N(i)
-            | Self::D(i)
-            | Self::P(i)
-            | Self::E(i)
-            | Self::Lambda(i)
-            | Self::Z(i)
-            | Self::Side(i) => Some(i),
-            Self::T | Self::T0 | Self::T1 | Self::T2 | Self::H | Self::Clock => None,
-        }
-    }
-
-    /// The order of the derivative of a coordinate; `None` for leaves that are not of the continuous motion.
-    pub(crate) fn order(self) -> Option<usize> {
-        match self {
-            Self::Q(_) => Some(0),
-            Self::V(_) => Some(1),
-            Self::A(_) => Some(2),
-            Self::J(_) => Some(3),
-            _ => None,
-        }
-    }
-}
-
-/// Functions of one argument.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(crate) enum Unary {
-    Sqrt,
-    Cbrt,
-    Exp,
-    ExpM1,
-    Ln,
-    Ln1p,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Sinh,
-    Cosh,
-    Tanh,
-    Asinh,
-    Acosh,
-    Atanh,
-    Abs,
-    Signum,
-}
-
-/// The comparison of a [`Node::Select`].
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(crate) enum Comparison {
-    Lt,
-    Le,
-}
-
-/// A user's function, which the graph cannot see into.
-#[derive(Clone, Debug)]
-pub(crate) enum Callee {
-    /// Everything before the parenthesis: `my_function`, `self.curvature.at`.
-    Function(TokenStream),
-    /// A method of the first argument.
-    Method(Ident),
-}
-
-impl Callee {
-    /// The name of the table of samples that is called: `wind` of `self.wind.at`.
-    pub(crate) fn of_samples(&self) -> Option<String> {
-        let Self::Function(tokens) = self else { return None };
-        let trees: Vec<String> = tokens.clone().into_iter().map(|tree| tree.to_string()).collect();
-        match trees.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-            ["self", ".", name, ".", "at"] => Some(name.trim_start_matches("r#").to_owned()),
-            _ => None,
-        }
-    }
-
-    /// The function as the user wrote it.
-    pub(crate) fn source_text(&self) -> String {
-        match self {
-            Self::Function(tokens) => tokens.to_string().replace(' ', ""),
-            Self::Method(name) => name.to_string(),
-        }
-    }
-
-    /// The place of the function's name in the user's source.
-    pub(crate) fn span(&self) -> Span {
-        match self {
-            // the last token is the name, as in `self.curvature.at`
-            Self::Function(tokens) => tokens
-                .clone()
-                .into_iter()
-                .last()
-                .map_or_else(Span::call_site, |token| token.span()),
-            Self::Method(name) => name.span(),
-        }
-    }
-}
-
-/// A constant, compared and hashed by its bits.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(crate) struct Bits(u64);
-
-impl Bits {
-    pub(crate) fn new(value: f64) -> Self {
-        // one zero: the sign of a folded constant zero carries no meaning
-        Self(if value == 0.0 { 0 } else { value.to_bits() })
-    }
-
-    pub(crate) fn get(self) -> f64 {
-        f64::from_bits(self.0)
-    }
-}
-
-/// An expression whose parts are nodes.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub(crate) enum Node {
-    Constant(Bits),
-    Leaf(Leaf),
-    /// An expression of the parameters alone, by its place in [`Graph::params`].
-    Param(usize),
-    /// `constant + Σ coefficient · node`, sorted by node, no coefficient zero, no term itself a sum.
-    Sum(Bits, Vec<(NodeId, Bits)>),
-    /// `Π node^exponent`, sorted by node, no exponent zero, no factor itself a product or a constant.
-    Product(Vec<(NodeId, i32)>),
-    Unary(Unary, NodeId),
-    Powf(NodeId, NodeId),
-    Atan2(NodeId, NodeId),
-    /// `if left < right { then } else { otherwise }`, with both branches computed.
-    Select(Comparison, [NodeId; 4]),
-    /// A partial derivative of a user's function, by its place in [`Graph::callees`]; `wrt` lists the arguments
-    /// with respect to which it is differentiated, in ascending order (empty: the function's value).
-    Call {
-        callee: usize,
-        args: Vec<NodeId>,
-        wrt: Vec<usize>,
-    },
-}
-
 /// All expressions of one declaration.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Graph {
@@ -276,7 +74,7 @@ pub(crate) struct Graph {
     /// For every node, the leaves that it depends on.
     dependence: Vec<Set>,
     /// For every node, the leaves whose change can make it jump.
-    deciding: Vec<Set>,
+    jumps: Vec<Set>,
     /// For every node, its depth: the longest chain of operations below it.
     depths: Vec<u32>,
     /// The last node of each hash.
@@ -332,11 +130,8 @@ impl Graph {
 
     /// The parameters that an expression reads.
     pub(crate) fn params_of(&self, id: NodeId) -> Vec<Param<'_>> {
-        let (mut params, mut seen, mut open) = (Vec::new(), HashSet::default(), vec![id]);
-        while let Some(id) = open.pop() {
-            if !seen.insert(id) {
-                continue;
-            }
+        let mut params = Vec::new();
+        for id in self.subexpressions([id], |_| true) {
             match self.node(id) {
                 Node::Param(param) => params.push(self.read_param(*param)),
                 Node::Call { callee, .. } => {
@@ -346,7 +141,6 @@ impl Graph {
                 }
                 _ => {}
             }
-            open.extend(self.parts(id));
         }
         params
     }
@@ -393,29 +187,20 @@ impl Graph {
     pub(crate) fn jumps_with(&self, id: NodeId, leaf: Leaf) -> bool {
         self.leaf_bits
             .get(&leaf)
-            .is_some_and(|&bit| self.sets.contains(self.deciding[id.index()], bit))
+            .is_some_and(|&bit| self.sets.contains(self.jumps[id.index()], bit))
     }
 
     /// The leaves with which a node may jump.
-    pub(crate) fn deciding(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
-        let bits = self.sets.bits(self.deciding[id.index()]);
+    pub(crate) fn jump_leaves(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
+        let bits = self.sets.bits(self.jumps[id.index()]);
         bits.map(|bit| self.leaves[bit])
     }
 
-    /// Whether a node may call a user's function of a leaf for which `asked` holds.
-    pub(crate) fn calls_with(&self, id: NodeId, asked: fn(Leaf) -> bool) -> bool {
-        let mut seen = HashSet::default();
-        let mut open = vec![id];
-        while let Some(id) = open.pop() {
-            if !seen.insert(id) || !self.leaves(id).any(asked) {
-                continue;
-            }
-            if matches!(self.node(id), Node::Call { .. }) {
-                return true;
-            }
-            open.extend(self.parts(id));
-        }
-        false
+    /// Whether a node may call a user's function of a leaf for which `is_argument` holds.
+    pub(crate) fn calls_with(&self, id: NodeId, is_argument: fn(Leaf) -> bool) -> bool {
+        self.subexpressions([id], |id| self.leaves(id).any(is_argument))
+            .into_iter()
+            .any(|id| matches!(self.node(id), Node::Call { .. }))
     }
 
     /// Whether a node is affine in a leaf, given its derivative `slope`. A node that may jump is not.
@@ -441,15 +226,24 @@ impl Graph {
 
     /// The operands of a node.
     pub(crate) fn parts(&self, id: NodeId) -> Vec<NodeId> {
-        match self.node(id) {
-            Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Vec::new(),
-            Node::Sum(_, terms) => terms.iter().map(|&(term, _)| term).collect(),
-            Node::Product(factors) => factors.iter().map(|&(factor, _)| factor).collect(),
-            Node::Unary(_, a) => vec![*a],
-            Node::Powf(a, b) | Node::Atan2(a, b) => vec![*a, *b],
-            Node::Select(_, parts) => parts.to_vec(),
-            Node::Call { args, .. } => args.clone(),
+        self.node(id).parts()
+    }
+
+    /// The expressions that some expressions are made of, with these, each once; without those that are not
+    /// `wanted` and what occurs in them alone.
+    pub(crate) fn subexpressions(
+        &self,
+        of: impl IntoIterator<Item = NodeId>,
+        wanted: impl Fn(NodeId) -> bool,
+    ) -> Vec<NodeId> {
+        let (mut found, mut seen, mut open) = (Vec::new(), HashSet::default(), Vec::from_iter(of));
+        while let Some(id) = open.pop() {
+            if wanted(id) && seen.insert(id) {
+                found.push(id);
+                open.extend(self.parts(id));
+            }
         }
+        found
     }
 
     /// The node that is equal to a given one, if it is in the graph.
@@ -469,12 +263,10 @@ impl Graph {
         if let Some(id) = self.find(hash, &node) {
             return id;
         }
-        let (mut count, mut depth) = (0, 0);
-        for_parts(&node, |part| {
-            count += 1;
-            depth = depth.max(self.depths[part.index()] + 1);
-        });
-        limits::spend(1 + count);
+        let parts = node.parts();
+        let depths = parts.iter().map(|part| self.depths[part.index()] + 1);
+        let depth = depths.max().unwrap_or(0);
+        limits::spend(1 + parts.len());
         limits::check_depth(depth);
         let id = NodeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         let dependence = if let Node::Leaf(leaf) = node {
@@ -483,11 +275,13 @@ impl Graph {
             self.leaf_bits.insert(leaf, bit);
             self.sets.single(bit)
         } else {
-            union(&mut self.sets, &self.dependence, &node)
+            let sets = parts.iter().map(|part| self.dependence[part.index()]);
+            self.sets.union(sets)
         };
-        let mut deciding = union(&mut self.sets, &self.deciding, &node);
+        let jumps = parts.iter().map(|part| self.jumps[part.index()]);
+        let mut jumps = self.sets.union(jumps);
         // the sets of a node grow with the number of leaves
-        limits::spend(self.sets.size(dependence) + self.sets.size(deciding));
+        limits::spend(self.sets.size(dependence) + self.sets.size(jumps));
         let compared: &[NodeId] = match &node {
             Node::Unary(Unary::Signum, a) => &[*a],
             Node::Select(_, [left, right, ..]) => &[*left, *right],
@@ -495,41 +289,14 @@ impl Graph {
         };
         if !compared.is_empty() {
             let compared = compared.iter().map(|part| self.dependence[part.index()]);
-            deciding = self.sets.union(compared.chain([deciding]));
+            jumps = self.sets.union(compared.chain([jumps]));
         }
         self.nodes.push(Rc::new(node));
         self.depths.push(depth);
         self.dependence.push(dependence);
-        self.deciding.push(deciding);
+        self.jumps.push(jumps);
         self.previous_of_hash.push(self.last_of_hash.insert(hash, id));
         id
-    }
-}
-
-/// Calls a function with each operand of a node.
-fn for_parts(node: &Node, mut with: impl FnMut(NodeId)) {
-    match node {
-        Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => {}
-        Node::Sum(_, terms) => terms.iter().for_each(|&(term, _)| with(term)),
-        Node::Product(factors) => factors.iter().for_each(|&(factor, _)| with(factor)),
-        Node::Unary(_, a) => with(*a),
-        Node::Powf(a, b) | Node::Atan2(a, b) => [*a, *b].into_iter().for_each(with),
-        Node::Select(_, parts) => parts.iter().copied().for_each(with),
-        Node::Call { args, .. } => args.iter().copied().for_each(with),
-    }
-}
-
-/// The union of the sets of a node's operands.
-fn union(sets: &mut Sets, of: &[Set], node: &Node) -> Set {
-    let of = |id: NodeId| of[id.index()];
-    match node {
-        Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Set::EMPTY,
-        Node::Sum(_, terms) => sets.union(terms.iter().map(|&(term, _)| of(term))),
-        Node::Product(factors) => sets.union(factors.iter().map(|&(factor, _)| of(factor))),
-        Node::Unary(_, a) => of(*a),
-        Node::Powf(a, b) | Node::Atan2(a, b) => sets.union([of(*a), of(*b)]),
-        Node::Select(_, parts) => sets.union(parts.iter().map(|&part| of(part))),
-        Node::Call { args, .. } => sets.union(args.iter().map(|&arg| of(arg))),
     }
 }
 

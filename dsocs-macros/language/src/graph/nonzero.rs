@@ -67,8 +67,8 @@ impl Graph {
 
     /// Whether an expression has a parameter in it.
     pub(crate) fn has_parameters(&self, id: NodeId) -> bool {
-        matches!(self.node(id), Node::Param(_))
-            || self.parts(id).into_iter().any(|part| self.has_parameters(part))
+        let mut all = self.subexpressions([id], |_| true).into_iter();
+        all.any(|id| matches!(self.node(id), Node::Param(_)))
     }
 
     /// Points at which the coefficient is zero, one on each factor of its numerator, with all atoms but one

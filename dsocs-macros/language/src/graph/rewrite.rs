@@ -4,7 +4,7 @@
 //! substitutes expressions for leaves ([`Graph::substitute`]); those that make code faster are in
 //! [`crate::passes`].
 
-use super::{Graph, Leaf, Node, NodeId, for_parts};
+use super::{Graph, Leaf, Node, NodeId};
 
 use crate::hash::HashMap;
 
@@ -65,14 +65,9 @@ impl Graph {
 
     /// The same operation on its rewritten operands.
     pub(crate) fn rewrite_parts(&mut self, id: NodeId, pass: &mut impl Pass) -> NodeId {
-        let node = self.shared_node(id);
-        let (mut parts, mut same) = (Vec::new(), true);
-        for_parts(&node, |part| {
-            let rewritten = self.rewrite(part, pass);
-            same &= rewritten == part;
-            parts.push(rewritten);
-        });
-        if same && self.rebuilds_to_itself(id) {
+        let before = self.parts(id);
+        let parts: Vec<NodeId> = before.iter().map(|&part| self.rewrite(part, pass)).collect();
+        if parts == before && self.rebuilds_to_itself(id) {
             return id;
         }
         self.rebuild(id, &parts)

@@ -23,35 +23,12 @@ fn value(graph: &Graph, id: NodeId, at: &dyn Fn(Leaf) -> f64) -> f64 {
     }
 }
 
-const UNARY: [Unary; 20] = [
-    Unary::Sqrt,
-    Unary::Cbrt,
-    Unary::Exp,
-    Unary::ExpM1,
-    Unary::Ln,
-    Unary::Ln1p,
-    Unary::Sin,
-    Unary::Cos,
-    Unary::Tan,
-    Unary::Asin,
-    Unary::Acos,
-    Unary::Atan,
-    Unary::Sinh,
-    Unary::Cosh,
-    Unary::Tanh,
-    Unary::Asinh,
-    Unary::Acosh,
-    Unary::Atanh,
-    Unary::Abs,
-    Unary::Signum,
-];
-
 /// Expressions in `Q(0)`, `Q(1)` that together contain every kind of node.
 fn expressions(graph: &mut Graph) -> Vec<NodeId> {
     let (x, y) = (graph.leaf(Leaf::Q(0)), graph.leaf(Leaf::Q(1)));
     let product = graph.mul(x, y);
     let mut all = Vec::new();
-    for op in UNARY {
+    for &op in Unary::ALL {
         let argument = if op == Unary::Acosh {
             graph.linear(1.5, &[(product, 1.0)])
         } else {

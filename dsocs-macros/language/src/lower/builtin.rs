@@ -13,6 +13,8 @@ use crate::graph::{Comparison, Graph, NodeId, Unary};
 /// A function of `f64`, called as a method.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Builtin {
+    /// A function of the graph.
+    Unary(Unary),
     /// A function of the receiver alone.
     One(fn(&mut Graph, NodeId) -> NodeId),
     /// A function of the receiver and one argument.
@@ -23,31 +25,11 @@ pub(crate) enum Builtin {
     Powi,
 }
 
-/// The builtin functions by name.
-const BUILTINS: [(&str, Builtin); 34] = [
-    ("sqrt", Builtin::One(|g, x| g.unary(Unary::Sqrt, x))),
-    ("cbrt", Builtin::One(|g, x| g.unary(Unary::Cbrt, x))),
-    ("exp", Builtin::One(|g, x| g.unary(Unary::Exp, x))),
-    ("exp_m1", Builtin::One(|g, x| g.unary(Unary::ExpM1, x))),
+/// The functions that are made of others, by name.
+const COMPOSED: [(&str, Builtin); 14] = [
     ("exp2", Builtin::One(exp2)),
-    ("ln", Builtin::One(|g, x| g.unary(Unary::Ln, x))),
-    ("ln_1p", Builtin::One(|g, x| g.unary(Unary::Ln1p, x))),
     ("log10", Builtin::One(|g, x| ln_over(g, x, LN_10))),
     ("log2", Builtin::One(|g, x| ln_over(g, x, LN_2))),
-    ("sin", Builtin::One(|g, x| g.unary(Unary::Sin, x))),
-    ("cos", Builtin::One(|g, x| g.unary(Unary::Cos, x))),
-    ("tan", Builtin::One(|g, x| g.unary(Unary::Tan, x))),
-    ("asin", Builtin::One(|g, x| g.unary(Unary::Asin, x))),
-    ("acos", Builtin::One(|g, x| g.unary(Unary::Acos, x))),
-    ("atan", Builtin::One(|g, x| g.unary(Unary::Atan, x))),
-    ("sinh", Builtin::One(|g, x| g.unary(Unary::Sinh, x))),
-    ("cosh", Builtin::One(|g, x| g.unary(Unary::Cosh, x))),
-    ("tanh", Builtin::One(|g, x| g.unary(Unary::Tanh, x))),
-    ("asinh", Builtin::One(|g, x| g.unary(Unary::Asinh, x))),
-    ("acosh", Builtin::One(|g, x| g.unary(Unary::Acosh, x))),
-    ("atanh", Builtin::One(|g, x| g.unary(Unary::Atanh, x))),
-    ("abs", Builtin::One(|g, x| g.unary(Unary::Abs, x))),
-    ("signum", Builtin::One(|g, x| g.unary(Unary::Signum, x))),
     ("recip", Builtin::One(recip)),
     ("to_radians", Builtin::One(|g, x| scale(g, x, PI / 180.0))),
     ("to_degrees", Builtin::One(|g, x| scale(g, x, 180.0 / PI))),
@@ -95,15 +77,17 @@ const NOT_SUPPORTED: [&str; 21] = [
 impl Builtin {
     /// The function of a name.
     pub(super) fn find(name: &str) -> Option<Self> {
-        BUILTINS
-            .iter()
-            .find(|(known, _)| *known == name)
-            .map(|(_, builtin)| *builtin)
+        let composed = || {
+            let known = COMPOSED.iter().find(|(known, _)| *known == name);
+            known.map(|(_, builtin)| *builtin)
+        };
+        Unary::named(name).map(Self::Unary).or_else(composed)
     }
 
     /// The names of all functions.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-        BUILTINS.iter().map(|(name, _)| *name)
+        let composed = COMPOSED.iter().map(|(name, _)| *name);
+        Unary::ALL.iter().map(|function| function.name()).chain(composed)
     }
 
     /// Whether it is a function of the receiver alone.
@@ -114,7 +98,7 @@ impl Builtin {
     /// The number of arguments beside the receiver.
     fn arguments(self) -> usize {
         match self {
-            Self::One(_) => 0,
+            Self::Unary(_) | Self::One(_) => 0,
             Self::Two(_) | Self::Powi => 1,
             Self::Three(_) => 2,
         }
@@ -162,6 +146,7 @@ impl Lowering<'_> {
         let value = value?;
         let arguments: Vec<_> = arguments.into_iter().collect::<Result<_, _>>()?;
         match (builtin, arguments.as_slice()) {
+            (Builtin::Unary(function), []) => Ok(self.graph.unary(function, value)),
             (Builtin::One(function), []) => Ok(function(&mut self.graph, value)),
             (Builtin::Two(function), &[a]) => Ok(function(&mut self.graph, value, a)),
             (Builtin::Three(function), &[a, b]) => Ok(function(&mut self.graph, value, a, b)),

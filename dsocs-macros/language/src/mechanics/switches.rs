@@ -5,7 +5,7 @@
 
 use super::sides::{Sides, sides};
 use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
-use crate::hash::{HashMap, HashSet};
+use crate::hash::HashMap;
 use crate::model::{Displacements, Model};
 
 /// The arguments of a declaration's switches and poles.
@@ -41,18 +41,13 @@ pub(crate) fn switches(model: &Model) -> Switches {
         Displacements::Fields(fields) => fields.as_slice(),
         Displacements::Annihilated => &[],
     };
-    let mut open: Vec<NodeId> = rows
+    let declared = rows
         .chain([model.lagrangian])
         .chain(model.external_forces.iter().copied())
         .chain(forms.copied())
-        .chain(fields.iter().flatten().copied())
-        .collect();
-    let (mut seen, mut ranges, mut tables) = (HashSet::default(), Ranges::default(), Vec::new());
-    while let Some(id) = open.pop() {
-        if !seen.insert(id) {
-            continue;
-        }
-        open.extend(graph.parts(id));
+        .chain(fields.iter().flatten().copied());
+    let (mut ranges, mut tables) = (Ranges::default(), Vec::new());
+    for id in graph.subexpressions(declared, |_| true) {
         if let Node::Call { callee, args, .. } = graph.node(id)
             && let &[argument] = &args[..]
             && model.table(*callee).is_some()

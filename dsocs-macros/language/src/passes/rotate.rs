@@ -37,17 +37,12 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
 
 /// The arguments of all sines and cosines in some expressions.
 fn angles(graph: &Graph, outputs: impl Iterator<Item = NodeId>) -> BTreeSet<NodeId> {
-    let (mut seen, mut angles) = (BTreeSet::new(), BTreeSet::new());
-    let mut open: Vec<NodeId> = outputs.collect();
-    while let Some(id) = open.pop() {
-        if seen.insert(id) {
-            if let Node::Unary(Unary::Sin | Unary::Cos, angle) = graph.node(id) {
-                angles.insert(*angle);
-            }
-            open.extend(graph.parts(id));
-        }
-    }
-    angles
+    let all = graph.subexpressions(outputs, |_| true).into_iter();
+    all.filter_map(|id| match graph.node(id) {
+        Node::Unary(Unary::Sin | Unary::Cos, angle) => Some(*angle),
+        _ => None,
+    })
+    .collect()
 }
 
 fn is_unknown(graph: &Graph, id: NodeId) -> bool {

@@ -552,17 +552,9 @@ fn as_product(factors: &[(NodeId, i32)]) -> Product {
 
 /// All products of moving factors in some expressions.
 fn products(graph: &Graph, outputs: &[NodeId]) -> BTreeSet<Product> {
-    let mut products = BTreeSet::new();
-    let mut seen = BTreeSet::new();
-    let mut open = outputs.to_vec();
-    while let Some(id) = open.pop() {
-        if !seen.insert(id) || graph.is_fixed(id) {
-            continue;
-        }
-        open.extend(graph.parts(id));
-        if let Node::Product(_) = graph.node(id) {
-            products.insert(as_product(&split(graph, id).1));
-        }
-    }
-    products
+    let all = graph.subexpressions(outputs.iter().copied(), |id| !graph.is_fixed(id));
+    all.into_iter()
+        .filter(|&id| matches!(graph.node(id), Node::Product(_)))
+        .map(|id| as_product(&split(graph, id).1))
+        .collect()
 }

@@ -195,16 +195,8 @@ fn watched(model: &Model) -> Vec<NodeId> {
     let graph = &model.graph;
     let constraints = model.constraints.iter();
     let lower = constraints.filter(|row| row.order < 2).map(|row| row.value);
-    let mut open: Vec<NodeId> = lower.chain([model.lagrangian]).collect();
-    let (mut seen, mut found) = (BTreeSet::new(), Vec::new());
-    while let Some(id) = open.pop() {
-        if graph.deciding(id).next().is_none() || !seen.insert(id) {
-            continue;
-        }
-        if matches!(graph.node(id), Node::Unary(Unary::Signum, _) | Node::Select(..)) {
-            found.push(id);
-        }
-        open.extend(graph.parts(id));
-    }
-    found
+    let declared = lower.chain([model.lagrangian]);
+    let mut jumps = graph.subexpressions(declared, |id| graph.jump_leaves(id).next().is_some());
+    jumps.retain(|&id| matches!(graph.node(id), Node::Unary(Unary::Signum, _) | Node::Select(..)));
+    jumps
 }

@@ -115,16 +115,8 @@ fn align<'r>(pieces: impl Iterator<Item = &'r mut (EarlyFactor, Product)>) {
 
 /// The moving sums in some expressions.
 fn sums(graph: &Graph, outputs: &[NodeId]) -> Vec<NodeId> {
-    let (mut sums, mut seen, mut open) = (Vec::new(), BTreeSet::new(), outputs.to_vec());
-    while let Some(id) = open.pop() {
-        if graph.is_fixed(id) || !seen.insert(id) {
-            continue;
-        }
-        open.extend(graph.parts(id));
-        if matches!(graph.node(id), Node::Sum(..)) {
-            sums.push(id);
-        }
-    }
+    let mut sums = graph.subexpressions(outputs.iter().copied(), |id| !graph.is_fixed(id));
+    sums.retain(|&id| matches!(graph.node(id), Node::Sum(..)));
     sums
 }
 

@@ -7,7 +7,7 @@ use super::schedule::Product;
 use super::{Given, Op, Program, Stored, Value};
 use crate::emit::data::Call;
 use crate::emit::functions::Functions;
-use crate::graph::{Callee, Comparison, Graph, Leaf, Param, Unary};
+use crate::graph::{Callee, Comparison, Graph, Leaf, Param};
 use crate::hash::HashMap;
 use crate::lower::circle_constant;
 use crate::model::Model;
@@ -318,7 +318,7 @@ impl Program<'_> {
             Op::Atan2(a, b) => writer.write(value, 12, &[*a, *b]),
             Op::Select(Comparison::Lt, parts) => writer.write(value, 13, parts),
             Op::Select(Comparison::Le, parts) => writer.write(value, 14, parts),
-            Op::Unary(function, a) => writer.write(value, FIRST_FUNCTION + function_byte(*function), &[*a]),
+            Op::Unary(function, a) => writer.write(value, FIRST_FUNCTION + *function as u8, &[*a]),
             Op::Call { callee, args, wrt } => {
                 let which = calls.place(TapeCall::Function {
                     callee: *callee,
@@ -356,31 +356,5 @@ fn leaf_bytes(leaf: Leaf) -> (u8, usize) {
         // the nodes of a map and their times are replaced before code is written; the format has no such kind
         Leaf::T0 | Leaf::T1 | Leaf::T2 => (u8::MAX, 0),
         Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) | Leaf::Chord(i) => (u8::MAX, i),
-    }
-}
-
-/// The number of a function in the tape's format.
-fn function_byte(function: Unary) -> u8 {
-    match function {
-        Unary::Sqrt => 0,
-        Unary::Cbrt => 1,
-        Unary::Exp => 2,
-        Unary::ExpM1 => 3,
-        Unary::Ln => 4,
-        Unary::Ln1p => 5,
-        Unary::Sin => 6,
-        Unary::Cos => 7,
-        Unary::Tan => 8,
-        Unary::Asin => 9,
-        Unary::Acos => 10,
-        Unary::Atan => 11,
-        Unary::Sinh => 12,
-        Unary::Cosh => 13,
-        Unary::Tanh => 14,
-        Unary::Asinh => 15,
-        Unary::Acosh => 16,
-        Unary::Atanh => 17,
-        Unary::Abs => 18,
-        Unary::Signum => 19,
     }
 }

@@ -14,7 +14,7 @@ use std::rc::Rc;
 use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply, single};
 use super::{group, simplify};
 use crate::graph::{Graph, Leaf, Node, NodeId};
-use crate::hash::{HashMap, HashSet};
+use crate::hash::HashMap;
 
 /// The least number of coordinates for which anything is gathered.
 const FEWEST: usize = 4;
@@ -75,12 +75,8 @@ fn spares_operations(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool
 
 /// The number of additions and multiplications in some expressions, common subexpressions counted once.
 fn operations(graph: &Graph, outputs: &[NodeId]) -> usize {
-    let (mut seen, mut open, mut count) = (HashSet::default(), outputs.to_vec(), 0);
-    while let Some(id) = open.pop() {
-        if !seen.insert(id) || is_early(graph, id) {
-            continue;
-        }
-        open.extend(graph.parts(id));
+    let mut count = 0;
+    for id in graph.subexpressions(outputs.iter().copied(), |id| !is_early(graph, id)) {
         count += match graph.node(id) {
             Node::Sum(_, terms) => terms.len(),
             Node::Product(factors) => {
