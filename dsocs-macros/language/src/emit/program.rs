@@ -4,7 +4,6 @@
 //! can be computed. The early factors of a sum or product are gathered into a partial result of its own, so
 //! that later stages have as little to do as possible. The caller defines the stages; see [`super::stages`].
 
-mod cells;
 mod place;
 mod running;
 mod schedule;
@@ -91,10 +90,6 @@ pub(crate) type Given = HashMap<Value, Stored>;
 /// The highest power that is written as products; a higher one is a call of `powi`.
 const LONGEST_PRODUCT: i32 = 64;
 
-/// The most operations of a program that is written without cells, that is, without loops over similar
-/// operations.
-const MOST_WITHOUT_CELLS: usize = 8000;
-
 /// Operations, each with the stage at which it can be computed.
 pub(crate) struct Program<'g> {
     graph: &'g Graph,
@@ -115,9 +110,6 @@ pub(crate) struct Program<'g> {
     running_parts: Shared,
     /// The shared partial sums that have been lowered.
     running_values: HashMap<usize, Value>,
-    /// For every operation its cell, if the program is so long that similar operations become loops; see
-    /// [`cells`].
-    cells: Vec<cells::Cell>,
 }
 
 /// A term of a sum: `± early · late`.
@@ -195,7 +187,6 @@ impl<'g> Program<'g> {
             running: HashMap::default(),
             running_parts: Shared::default(),
             running_values: HashMap::default(),
-            cells: Vec::new(),
         }
     }
 
@@ -239,27 +230,6 @@ impl<'g> Program<'g> {
         };
         self.lowered.insert(id, value);
         value
-    }
-
-    /// Finds similar operations, if there are many operations; to be called once everything is lowered.
-    pub(crate) fn look_for_cells(&mut self) {
-        if self.ops.len() > MOST_WITHOUT_CELLS {
-            self.cells = self.cells_of_values();
-        }
-    }
-
-    /// Whether similar operations are written as loops.
-    fn has_cells(&self) -> bool {
-        !self.cells.is_empty()
-    }
-
-    /// Values in the order in which they are passed to another method: similar ones together.
-    pub(crate) fn in_order(&self, values: impl IntoIterator<Item = Value>) -> Vec<Value> {
-        let mut values: Vec<Value> = values.into_iter().collect();
-        if self.has_cells() {
-            values.sort_by_key(|value| (&self.cells[value.0 as usize], *value));
-        }
-        values
     }
 
     /// The stage at which a value is known.
@@ -418,15 +388,8 @@ impl<'g> Program<'g> {
 
     /// The sums in some expressions.
     fn sums(&self, outputs: &[NodeId]) -> Vec<NodeId> {
-        let (mut sums, mut seen, mut open) = (Vec::new(), HashSet::default(), outputs.to_vec());
-        while let Some(id) = open.pop() {
-            if seen.insert(id) {
-                open.extend(self.graph.parts(id));
-                if matches!(self.graph.node(id), Node::Sum(..)) {
-                    sums.push(id);
-                }
-            }
-        }
+        let mut sums = self.graph.subexpressions(outputs.iter().copied(), |_| true);
+        sums.retain(|&id| matches!(self.graph.node(id), Node::Sum(..)));
         sums
     }
 

@@ -35,7 +35,6 @@ pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Ve
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values = lower(&mut program, nodes);
-    program.look_for_cells();
     (program, values)
 }
 
@@ -73,7 +72,7 @@ impl<'g> Energy<'g> {
     /// The energy as an expression of a graph of its own.
     pub(super) fn new(graph: &'g Graph, energy: NodeId) -> Self {
         let (program, value) = single(graph, &[energy]);
-        let constants = program.in_order(program.fixed_frontier(&value));
+        let constants = program.fixed_frontier(&value).into_iter().collect();
         Self {
             program,
             value,
@@ -106,7 +105,6 @@ impl<'g> Stages<'g> {
         program.plan(&all.map(Vec::as_slice).concat());
         let [rows, scales, jacobian, second_difference, point, force, forms] =
             all.map(|nodes| lower(&mut program, nodes));
-        program.look_for_cells();
 
         let iterated = [
             rows.clone(),
@@ -120,7 +118,7 @@ impl<'g> Stages<'g> {
             .frontier(&iterated, STEP, &nothing)
             .into_iter()
             .partition(|&value| program.stage(value) == STEP);
-        let once = program.in_order(known.iter().copied());
+        let once: Vec<Value> = known.iter().copied().collect();
         constants.extend(program.frontier(&once, RUN, &nothing));
         // other values of the node are computed when it is reported, from the leg
         constants.extend(program.frontier(
@@ -128,7 +126,6 @@ impl<'g> Stages<'g> {
             RUN,
             &known,
         ));
-        let constants = program.in_order(constants);
         Self {
             program,
             rows,
@@ -140,7 +137,7 @@ impl<'g> Stages<'g> {
             force,
             forms,
             meanings: unknowns.meanings.clone(),
-            constants,
+            constants: constants.into_iter().collect(),
             known: once,
             energy,
         }

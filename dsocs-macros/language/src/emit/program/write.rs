@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 
-use super::cells::Cells;
 use super::place::{Place, number};
 use super::schedule::{Product, Schedule};
 use super::{Given, Op, Program, Value};
@@ -21,9 +20,6 @@ const MOST_SCOPES: usize = 200;
 /// The most statements of a function. Compiling time grows faster than a function's length, so longer code
 /// becomes several functions.
 const LONGEST_FUNCTION: usize = 2000;
-
-/// The most operations of a method that is written without loops, even if the program has cells.
-const FEWEST_WITH_CELLS: usize = 200;
 
 impl Program<'_> {
     /// Straight-line code for `outputs`: the statements, then an expression for each output.
@@ -64,17 +60,6 @@ impl Program<'_> {
             let right = self.operation(value, &schedule, &operand);
             quote!(let #name = #right;)
         };
-        if self.has_cells() && schedule.values.len() > FEWEST_WITH_CELLS {
-            let places = schedule
-                .values
-                .iter()
-                .filter_map(|&value| Some((value, place(value)?)));
-            let kind = |value: Value| self.cells[value.0 as usize].kind;
-            let cells = Cells::new(self, &schedule, (prefix, &names), places.collect(), &kind);
-            return cells.code(outputs, &|value, operand| {
-                self.operation(value, &schedule, operand)
-            });
-        }
         // the operands of an operation, and those of the reciprocals folded into it
         let reads = |value: Value| -> Vec<Value> {
             let mut reads = self.op(value).parts();
