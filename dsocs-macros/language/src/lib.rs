@@ -8,7 +8,9 @@
 //! - `lower`: the syntax tree → the `model`, whose expressions share one `graph`;
 //! - `mechanics`: the model → the paper's equations, as expressions that have to vanish;
 //! - `passes`: the equations, made fast by one rewriting of the graph after another;
-//! - `emit`: the graph → Rust, or data for an engine that runs it without a compiler.
+//! - `program`: expressions → operations, each with the stage at which it can be computed;
+//! - `recurrences`: the motion → the recurrences of its Taylor series;
+//! - `emit`: operations and recurrences → Rust, or data for an engine that runs them without a compiler.
 //!
 //! Mistakes are collected in `errors` and reported at the user's own tokens. The attribute itself is in
 //! `dsocs-macros` and only calls [`expand`]; users depend on `dsocs-core`, which re-exports it.
@@ -32,6 +34,8 @@ mod names;
 mod nearest;
 mod parse;
 mod passes;
+mod program;
+mod recurrences;
 mod shared;
 mod source;
 mod stub;

@@ -4,9 +4,8 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Generics, Ident};
 
-use crate::emit::jets;
-use crate::emit::kernel::{Kind, kernel};
-use crate::emit::pieces::between_threads;
+use crate::emit::rust::jets;
+use crate::emit::rust::kernel::{Kind, kernel, send_and_sync};
 
 /// An empty implementation of `System<n>`, so that a mistake in the declaration causes no errors where the
 /// type is used.
@@ -14,7 +13,7 @@ use crate::emit::pieces::between_threads;
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let jets = jets::none(ident, generics, n);
     let kernel = kernel(ident, generics, n, Kind::default());
-    let generics = between_threads(generics);
+    let generics = send_and_sync(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
     // an unlikely name, because an associated type may not shadow a type parameter of the user's
     let scalar = quote!(__DsocsScalar);

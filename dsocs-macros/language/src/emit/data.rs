@@ -1,7 +1,7 @@
 //! A declaration as data, from which an engine runs it without a compiler.
 
-use super::cold::TapeWithCalls;
 use super::facts::Facts;
+use super::tape::TapeWithCalls;
 use crate::mechanics::Symmetry;
 use crate::model::{Model, unraw};
 use crate::passes::sparse::Order;
@@ -115,14 +115,14 @@ fn quantity(name: impl Into<String>, doc: &str) -> Quantity {
 
 impl Data {
     /// The data of a declaration from its facts and its tape.
-    pub(super) fn new(model: &Model, facts: Facts, tape: TapeWithCalls, sparse: Option<Order>) -> Self {
+    pub(crate) fn new(model: &Model, facts: Facts, tape: TapeWithCalls, sparse: Option<Order>) -> Self {
         let docs = &model.docs;
         let coordinates = model.coordinates.iter().zip(&docs.coordinates);
         let observables = model.observe.iter().zip(&docs.observe);
         let parameters = model.parameters.iter();
         let others = model.others.iter();
         Self {
-            calls: tape.calls.asked(&model.graph),
+            calls: tape.calls.data(&model.graph),
             tape: tape.bytes,
             itself: quantity(model.name(), &docs.system),
             declaration: model.text.clone(),

@@ -1,10 +1,10 @@
 //! Counts and kinds of a declaration, for code and for data.
 
-use super::stages::Stages;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics::Symmetry;
 use crate::model::{Kind, Model};
 use crate::passes::Unknowns;
+use crate::program::stages::Stages;
 
 /// Counts and kinds of a declaration, as explained at `dsocs_core::Shape`.
 #[expect(

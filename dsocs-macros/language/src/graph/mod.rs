@@ -17,7 +17,7 @@
 //! - [`power_of_step`](Graph::power_of_step): the order in the step `h` with which an expression vanishes
 //!   ([`mod@power`]);
 //! - [`algebra`]: rewritings that make expressions shorter;
-//! - code, through [`crate::emit::program`].
+//! - code, through [`crate::program`].
 
 pub(crate) mod algebra;
 mod build;

@@ -34,7 +34,7 @@ pub(crate) use continuous::{continuous, energy};
 pub(crate) use equation::Equation;
 pub(crate) use factor::is_no_factor;
 pub(crate) use force::{discrete_lagrangian, external_on_leg, momentum_at_second_node, on_first_leg};
-pub(crate) use lower_order::{pair, phase};
+pub(crate) use lower_order::{LowerOrder, pair, phase};
 pub(crate) use nodes::PointNodes;
 pub(crate) use reduction::where_position_is;
 pub(crate) use sides::{Sides, sides};

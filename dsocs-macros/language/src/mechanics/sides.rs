@@ -29,7 +29,12 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     if model.order() > 2 || model.constraints.iter().any(divided) {
         return None;
     }
-    let jumps = |&value: &NodeId| model.graph.jump_leaves(value).any(|leaf| matches!(leaf, Leaf::V(_)));
+    let jumps = |&value: &NodeId| {
+        model
+            .graph
+            .jump_leaves(value)
+            .any(|leaf| matches!(leaf, Leaf::V(_)))
+    };
     let kinematic = |row: &&Row| row.kind == Kind::Kinematic && row.discrete.is_none();
     let rows = model.constraints.iter().filter(kinematic).map(|row| &row.value);
     let forms = model.forms.iter().flat_map(|form| &form.components);

@@ -12,41 +12,41 @@ use crate::model::Model;
 use crate::passes::{self, Motion};
 
 /// The number of sums in a block of lanes, as `LANES` in `dsocs-core/src/series/orders.rs`.
-pub(super) const LANES: usize = 4;
+pub(crate) const LANES: usize = 4;
 
 /// With up to this many products, the time of an order is that of its longest chain of operations; with more,
 /// it is that of all operations.
 const MOST_EAGER: usize = 16;
 
 /// The plan of the recurrences of a motion.
-pub(super) struct Plan {
+pub(crate) struct Plan {
     /// All operations, with the inner sums of their recurrences.
-    pub(super) sequences: Sequences,
+    pub(crate) sequences: Sequences,
     /// The sequences that are needed beyond order 0.
-    pub(super) beyond_order_0: BTreeSet<Sequence>,
+    pub(crate) beyond_order_0: BTreeSet<Sequence>,
     /// The sequences that depend on accelerations that are solved for numerically.
-    pub(super) accelerated: BTreeSet<Sequence>,
+    pub(crate) accelerated: BTreeSet<Sequence>,
     /// Those of the latter that higher orders need once the accelerations are known.
-    pub(super) after_solve: BTreeSet<Sequence>,
-    pub(super) accelerations: Vec<Sequence>,
-    pub(super) rows: Vec<Sequence>,
+    pub(crate) after_solve: BTreeSet<Sequence>,
+    pub(crate) accelerations: Vec<Sequence>,
+    pub(crate) rows: Vec<Sequence>,
     /// The Jacobian of the rows, row by row.
-    pub(super) jacobian: Vec<Sequence>,
+    pub(crate) jacobian: Vec<Sequence>,
     /// The factors that depend on the parameters, each once.
-    pub(super) constants: Vec<NodeId>,
+    pub(crate) constants: Vec<NodeId>,
     /// The calls of the user's functions, in order.
-    pub(super) calls: Vec<Sequence>,
+    pub(crate) calls: Vec<Sequence>,
     /// Whether inner sums take the newest coefficients from variables instead of arrays.
-    pub(super) eager: bool,
+    pub(crate) eager: bool,
     /// The number of leading blocks of products, and of squares, all of whose operands are known before an order is computed.
-    pub(super) whole: [usize; 2],
+    pub(crate) whole: [usize; 2],
     /// The motion whose series is computed.
-    pub(super) motion: Motion,
+    pub(crate) motion: Motion,
 }
 
 /// A factor that is constant in time.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Factor {
+pub(crate) enum Factor {
     /// A number.
     Number(f64),
     /// An expression of the parameters, by its index in [`Plan::constants`].
@@ -55,14 +55,14 @@ pub(super) enum Factor {
 
 impl Plan {
     /// The plan of a declaration's motion.
-    pub(super) fn of(model: &Model, graph: &mut Graph) -> Self {
+    pub(crate) fn of(model: &Model, graph: &mut Graph) -> Self {
         let motion = motion(model, graph);
         Self::new(graph, motion, &watched(model))
     }
 
     /// The plan of a motion. `watched` are functions in which the declaration jumps although the motion does
     /// not show it.
-    pub(super) fn new(graph: &mut Graph, motion: Motion, watched: &[NodeId]) -> Self {
+    pub(crate) fn new(graph: &mut Graph, motion: Motion, watched: &[NodeId]) -> Self {
         let beyond_order_0 = [motion.accelerations.as_slice(), &motion.rows].concat();
         let mut lower = Lower::new(graph, &beyond_order_0);
         let mut all =
@@ -129,26 +129,26 @@ impl Plan {
     }
 
     /// The operations of order 0, of the sequences that depend on accelerations or of the others.
-    pub(super) fn at_start(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
+    pub(crate) fn at_start(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
         let ops = self.sequences.ops();
         ops.filter(move |(to, _)| self.accelerated.contains(to) == accelerated)
     }
 
     /// The operations of the orders beyond 0.
-    pub(super) fn beyond(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
+    pub(crate) fn beyond(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
         self.at_start(accelerated)
             .filter(|(to, _)| self.beyond_order_0.contains(to))
     }
 
     /// The operations that higher orders need once the accelerations of an order are known.
-    pub(super) fn after_solve(&self) -> impl Iterator<Item = (Sequence, &Op)> {
+    pub(crate) fn after_solve(&self) -> impl Iterator<Item = (Sequence, &Op)> {
         self.sequences
             .ops()
             .filter(|(to, _)| self.after_solve.contains(to))
     }
 
     /// A constant factor, as a number or by its index.
-    pub(super) fn factor(&self, graph: &Graph, constant: Constant) -> Factor {
+    pub(crate) fn factor(&self, graph: &Graph, constant: Constant) -> Factor {
         let computed = || {
             let mut constants = self.constants.iter();
             constants.position(|&known| known == constant).unwrap_or_default()
@@ -158,7 +158,7 @@ impl Plan {
 
     /// The names of the switches for error messages: those of the declaration, then one for each call of a
     /// user's function.
-    pub(super) fn names(&self, model: &Model, graph: &Graph) -> Vec<String> {
+    pub(crate) fn names(&self, model: &Model, graph: &Graph) -> Vec<String> {
         let text = |&node: &NodeId| describe::describe(graph, &model.coordinates, node);
         let declared = self.sequences.switches().iter();
         let declared = declared.map(|(argument, nodes)| match argument {

@@ -15,7 +15,7 @@ type Places = Vec<(usize, usize)>;
 
 /// Joins two terms where one of them occurs only beside the other, and always with the same multiple of its
 /// factor. Returns the number of terms in the joined ones.
-pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<SplitTerm>>) -> usize {
+pub(crate) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<SplitTerm>>) -> usize {
     let columns = columns(&sums);
     let mut order: Vec<NodeId> = columns.keys().copied().collect();
     order.sort_unstable_by_key(|late| (core::cmp::Reverse(columns[late].len()), *late));

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::program::{Given, Program, Stored, Value};
+use super::{Given, Program, Stored, Value};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::HashMap;
 use crate::mechanics::{PointNodes, StepEquations};
@@ -26,12 +26,12 @@ fn stage_of(leaf: Leaf) -> usize {
 }
 
 /// The operations that compute some nodes.
-pub(super) fn lower(program: &mut Program, nodes: &[NodeId]) -> Vec<Value> {
+pub(crate) fn lower(program: &mut Program, nodes: &[NodeId]) -> Vec<Value> {
     nodes.iter().map(|&node| program.lower(node)).collect()
 }
 
 /// The operations that compute some nodes, as a program of one stage.
-pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
+pub(crate) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values = lower(&mut program, nodes);
@@ -39,50 +39,51 @@ pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Ve
 }
 
 /// The values of a step and their stages. Straight-line code and the tape are written from this.
-pub(super) struct Stages<'g> {
-    pub(super) program: Program<'g>,
-    pub(super) rows: Vec<Value>,
-    pub(super) scales: Vec<Value>,
-    pub(super) jacobian: Vec<Value>,
+pub(crate) struct Stages<'g> {
+    pub(crate) program: Program<'g>,
+    pub(crate) rows: Vec<Value>,
+    pub(crate) scales: Vec<Value>,
+    pub(crate) jacobian: Vec<Value>,
     /// The order of elimination, if the Jacobian is sparse.
-    pub(super) sparse: Option<Order>,
-    pub(super) second_difference: Vec<Value>,
+    pub(crate) sparse: Option<Order>,
+    pub(crate) second_difference: Vec<Value>,
     /// Position, velocity, acceleration and time of the node.
-    pub(super) point: Vec<Value>,
-    pub(super) force: Vec<Value>,
-    pub(super) forms: Vec<Value>,
+    pub(crate) point: Vec<Value>,
+    pub(crate) force: Vec<Value>,
+    pub(crate) forms: Vec<Value>,
     /// The meaning of each unknown: a second difference `E`, or a multiplier `Lambda`.
-    pub(super) meanings: Vec<Leaf>,
+    pub(crate) meanings: Vec<Leaf>,
     /// The array `constants`, computed once a run, without the constants of the energy at its end.
-    pub(super) constants: Vec<Value>,
+    pub(crate) constants: Vec<Value>,
     /// The array `known`, computed once a step.
-    pub(super) known: Vec<Value>,
+    pub(crate) known: Vec<Value>,
     /// The energy at a point.
-    pub(super) energy: Energy<'g>,
+    pub(crate) energy: Energy<'g>,
 }
 
 /// The energy, and its values that depend on the parameters alone.
-pub(super) struct Energy<'g> {
-    pub(super) program: Program<'g>,
-    pub(super) value: Vec<Value>,
-    pub(super) constants: Vec<Value>,
+pub(crate) struct Energy<'g> {
+    pub(crate) program: Program<'g>,
+    pub(crate) value: Vec<Value>,
+    pub(crate) constants: Vec<Value>,
 }
 
 impl<'g> Energy<'g> {
     /// The energy as an expression of a graph of its own.
-    pub(super) fn new(graph: &'g Graph, energy: NodeId) -> Self {
+    pub(crate) fn new(graph: &'g Graph, energy: NodeId) -> Self {
         let (program, value) = single(graph, &[energy]);
-        let constants = program.fixed_frontier(&value).into_iter().collect();
+        let (fixed, nothing) = (program.fixed(), BTreeSet::new());
+        let constants = program.frontier(&value, |value| fixed[value.index()], &nothing);
         Self {
             program,
             value,
-            constants,
+            constants: constants.into_iter().collect(),
         }
     }
 }
 
 impl<'g> Stages<'g> {
-    pub(super) fn new(
+    pub(crate) fn new(
         graph: &'g Graph,
         step: &StepEquations,
         unknowns: &Unknowns,
@@ -115,15 +116,15 @@ impl<'g> Stages<'g> {
         .concat();
         let nothing = BTreeSet::new();
         let (known, mut constants): (BTreeSet<Value>, BTreeSet<Value>) = program
-            .frontier(&iterated, STEP, &nothing)
+            .frontier(&iterated, |value| program.stage(value) <= STEP, &nothing)
             .into_iter()
             .partition(|&value| program.stage(value) == STEP);
         let once: Vec<Value> = known.iter().copied().collect();
-        constants.extend(program.frontier(&once, RUN, &nothing));
+        constants.extend(program.frontier(&once, |value| program.stage(value) <= RUN, &nothing));
         // other values of the node are computed when it is reported, from the leg
         constants.extend(program.frontier(
             &[point.clone(), force.clone(), forms.clone()].concat(),
-            RUN,
+            |value| program.stage(value) <= RUN,
             &known,
         ));
         Self {
@@ -144,46 +145,46 @@ impl<'g> Stages<'g> {
     }
 
     /// The rows, then their Jacobian.
-    pub(super) fn residual(&self) -> Vec<Value> {
+    pub(crate) fn residual(&self) -> Vec<Value> {
         [self.rows.as_slice(), &self.jacobian].concat()
     }
 
     /// The rows, then the entries of their Jacobian that are not identically zero.
-    pub(super) fn entries(&self, order: &Order) -> Vec<Value> {
+    pub(crate) fn entries(&self, order: &Order) -> Vec<Value> {
         let entries = order.entries.iter();
         let entries = entries.map(|&[row, column]| self.jacobian[row * self.rows.len() + column]);
         self.rows.iter().copied().chain(entries).collect()
     }
 
     /// The point of a node, then the force.
-    pub(super) fn node(&self) -> Vec<Value> {
+    pub(crate) fn node(&self) -> Vec<Value> {
         [self.point.as_slice(), &self.force].concat()
     }
 
     /// Whether every row has the factor 1.
-    pub(super) fn unscaled(&self) -> bool {
+    pub(crate) fn unscaled(&self) -> bool {
         self.scales.iter().all(|&scale| self.program.is_one(scale))
     }
 
     /// The length of the array `constants`.
-    pub(super) fn constants_count(&self) -> usize {
+    pub(crate) fn constants_count(&self) -> usize {
         self.constants.len() + self.energy.constants.len()
     }
 
     /// The values given once the run has begun.
-    pub(super) fn in_run(&self) -> Given {
+    pub(crate) fn in_run(&self) -> Given {
         stored(&self.constants, 0, Stored::Constants)
     }
 
     /// The values given once the step has begun.
-    pub(super) fn in_step(&self) -> Given {
+    pub(crate) fn in_step(&self) -> Given {
         let mut given = stored(&self.known, 0, Stored::Known);
         given.extend(self.in_run());
         given
     }
 
     /// The values given for the energy.
-    pub(super) fn in_energy(&self) -> Given {
+    pub(crate) fn in_energy(&self) -> Given {
         stored(&self.energy.constants, self.constants.len(), Stored::Constants)
     }
 }

@@ -16,7 +16,7 @@ use crate::passes::share::{Factor, Product, Shared};
 
 /// The running sums, and the partial sums that they share.
 #[derive(Default)]
-pub(super) struct Sums {
+pub(crate) struct Sums {
     running: HashMap<NodeId, Rc<Running>>,
     shared: Shared,
     /// The shared partial sums that have been lowered.
@@ -25,7 +25,7 @@ pub(super) struct Sums {
 
 impl Sums {
     /// The running sums in some expressions; none if they spare less than a quarter of the terms.
-    pub(super) fn find(graph: &mut Graph, outputs: &[NodeId]) -> Self {
+    pub(crate) fn find(graph: &mut Graph, outputs: &[NodeId]) -> Self {
         let mut found: Vec<(NodeId, Vec<SplitTerm>)> = Vec::new();
         for sum in sums(graph, outputs) {
             let (terms, _) = graph.terms(sum);
@@ -150,7 +150,7 @@ fn item(graph: &mut Graph, term: NodeId, mut coefficient: f64) -> Option<SplitTe
 
 impl Lower<'_> {
     /// The terms of a sum as running sums, with their coefficients; `None` if it has none.
-    pub(super) fn running(&mut self, sum: NodeId) -> Option<Vec<(Constant, Sequence)>> {
+    pub(crate) fn running(&mut self, sum: NodeId) -> Option<Vec<(Constant, Sequence)>> {
         let running = Rc::clone(self.sums.running.get(&sum)?);
         let mut terms = Vec::new();
         for (early, list) in &running.pieces {
@@ -213,10 +213,10 @@ impl Lower<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emit::jets::plan::Plan;
     use crate::graph::Leaf;
     use crate::mechanics;
     use crate::model::Model;
+    use crate::recurrences::plan::Plan;
 
     /// Rods that hang one from the other or from a pivot, each with a mass at its end; rod `i` hangs from an
     /// earlier one.

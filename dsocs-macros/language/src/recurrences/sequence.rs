@@ -11,20 +11,20 @@ use crate::hash::HashMap;
 
 /// A sequence of coefficients.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(super) struct Sequence(u32);
+pub(crate) struct Sequence(u32);
 
 impl Sequence {
-    pub(super) fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
 }
 
 /// A factor that is constant in time: an expression of the parameters.
-pub(super) type Constant = NodeId;
+pub(crate) type Constant = NodeId;
 
 /// The operation that computes a sequence. `u` is the argument, and primes are time derivatives.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Op {
+pub(crate) enum Op {
     /// A position, velocity, acceleration or multiplier, or the time.
     Leaf(Leaf),
     /// A number or an expression of the parameters, as a sequence.
@@ -87,7 +87,7 @@ pub(super) enum Op {
 
 impl Op {
     /// The operands, with the partner of a recurrence.
-    pub(super) fn parts(&self) -> Vec<Sequence> {
+    pub(crate) fn parts(&self) -> Vec<Sequence> {
         match self {
             Self::Leaf(_) | Self::Constant(_) => Vec::new(),
             Self::Linear(_, terms) => terms.iter().map(|&(_, term)| term).collect(),
@@ -120,7 +120,7 @@ impl Op {
 
     /// The inner sums of the recurrence beyond order 0, in the order in which it uses them; `own` is the
     /// sequence itself.
-    pub(super) fn inner(&self, own: Sequence) -> Vec<[Operand; 2]> {
+    pub(crate) fn inner(&self, own: Sequence) -> Vec<[Operand; 2]> {
         use Operand::{Plain, Rate};
         match *self {
             Self::Product(u, v) => vec![[Plain(u), Plain(v)]],
@@ -156,7 +156,7 @@ impl Op {
     }
 
     /// The constants in the recurrence: at order 0 if `is_start`, else beyond.
-    pub(super) fn constants(&self, is_start: bool) -> Vec<Constant> {
+    pub(crate) fn constants(&self, is_start: bool) -> Vec<Constant> {
         match self {
             Self::Constant(constant) if is_start => vec![*constant],
             Self::Linear(constant, terms) => {
@@ -174,7 +174,7 @@ impl Op {
 
 /// A function whose derivative is the reciprocal of a sequence.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Inverse {
+pub(crate) enum Inverse {
     Asin,
     Acos,
     Atan,
@@ -185,7 +185,7 @@ pub(super) enum Inverse {
 
 impl Inverse {
     /// The method of `f64`.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Asin => "asin",
             Self::Acos => "acos",
@@ -199,14 +199,14 @@ impl Inverse {
 
 /// An operand of a convolution: a sequence `x_j`, or `j x_j`, from its time derivative.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(super) enum Operand {
+pub(crate) enum Operand {
     Plain(Sequence),
     Rate(Sequence),
 }
 
 impl Operand {
     /// The sequence itself.
-    pub(super) fn sequence(self) -> Sequence {
+    pub(crate) fn sequence(self) -> Sequence {
         match self {
             Self::Plain(sequence) | Self::Rate(sequence) => sequence,
         }
@@ -215,7 +215,7 @@ impl Operand {
 
 /// The inner sum `Σ x_j y_{k-j}` over `0 < j < k`, by its index.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Lane {
+pub(crate) enum Lane {
     /// Of two operands.
     Product(usize),
     /// Of an operand with itself.
@@ -224,7 +224,7 @@ pub(super) enum Lane {
 
 /// The argument of a switch, which decides between pieces or shows that something narrow may be missed.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Argument {
+pub(crate) enum Argument {
     /// The argument of a function that depends on its sign.
     Sign(Sequence),
     /// The argument of a smooth function that is flat except near zero.
@@ -240,7 +240,7 @@ pub(super) enum Argument {
 
 /// The bounds of a function's values.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Bound {
+pub(crate) enum Bound {
     /// Zero from below, of a root.
     Zero,
     /// ±π/2, of an angle.
@@ -251,7 +251,7 @@ pub(super) enum Bound {
 
 impl Bound {
     /// The largest absolute value of an angle; zero for a root.
-    pub(super) fn value(self) -> f64 {
+    pub(crate) fn value(self) -> f64 {
         match self {
             Self::Zero => 0.0,
             Self::Quarter => core::f64::consts::FRAC_PI_2,
@@ -262,13 +262,13 @@ impl Bound {
 
 /// All sequences of a system, each once, in the order in which they are computed.
 #[derive(Default)]
-pub(super) struct Sequences {
+pub(crate) struct Sequences {
     ops: Vec<Op>,
     known: HashMap<Op, Sequence>,
     /// The operands of the product lanes.
-    pub(super) products: Vec<[Operand; 2]>,
+    pub(crate) products: Vec<[Operand; 2]>,
     /// The operands of the square lanes.
-    pub(super) squares: Vec<Operand>,
+    pub(crate) squares: Vec<Operand>,
     places: HashMap<[Operand; 2], Lane>,
     /// The arguments of switches with their expressions; a difference has two.
     switches: Vec<(Argument, Vec<NodeId>)>,
@@ -276,7 +276,7 @@ pub(super) struct Sequences {
 
 impl Sequences {
     /// The sequence of an operation, shared with equal ones.
-    pub(super) fn push(&mut self, op: Op) -> Sequence {
+    pub(crate) fn push(&mut self, op: Op) -> Sequence {
         if let Some(&known) = self.known.get(&op) {
             return known;
         }
@@ -293,7 +293,7 @@ impl Sequences {
     }
 
     /// Two functions of one argument whose recurrences need each other.
-    pub(super) fn pair(
+    pub(crate) fn pair(
         &mut self,
         argument: Sequence,
         first: fn(Sequence, Sequence) -> Op,
@@ -307,7 +307,7 @@ impl Sequences {
     }
 
     /// A function `w` with `w' = g u'`, where `g` is `1 + w²` or, if `conjugate`, `1 - w²`.
-    pub(super) fn tangent(&mut self, argument: Sequence, one: Constant, conjugate: bool) -> Sequence {
+    pub(crate) fn tangent(&mut self, argument: Sequence, one: Constant, conjugate: bool) -> Sequence {
         let next = u32::try_from(self.ops.len()).unwrap_or(u32::MAX);
         let slope = Sequence(next.saturating_add(2));
         let value = self.add(if conjugate {
@@ -325,19 +325,19 @@ impl Sequences {
     }
 
     /// The operations, each with its sequence.
-    pub(super) fn ops(&self) -> impl Iterator<Item = (Sequence, &Op)> {
+    pub(crate) fn ops(&self) -> impl Iterator<Item = (Sequence, &Op)> {
         self.ops
             .iter()
             .enumerate()
             .map(|(place, op)| (Sequence(u32::try_from(place).unwrap_or(u32::MAX)), op))
     }
 
-    pub(super) fn op(&self, sequence: Sequence) -> &Op {
+    pub(crate) fn op(&self, sequence: Sequence) -> &Op {
         &self.ops[sequence.index()]
     }
 
     /// The sequences that some outputs depend on, with the outputs.
-    pub(super) fn needed(&self, outputs: &[Sequence]) -> BTreeSet<Sequence> {
+    pub(crate) fn needed(&self, outputs: &[Sequence]) -> BTreeSet<Sequence> {
         let mut needed = BTreeSet::new();
         let mut open = outputs.to_vec();
         while let Some(sequence) = open.pop() {
@@ -349,7 +349,7 @@ impl Sequences {
     }
 
     /// The sequences that depend on an acceleration or a multiplier.
-    pub(super) fn accelerated(&self) -> BTreeSet<Sequence> {
+    pub(crate) fn accelerated(&self) -> BTreeSet<Sequence> {
         let mut found = BTreeSet::new();
         // repeated, because a partner may come later, and depends on the same argument
         loop {
@@ -369,7 +369,7 @@ impl Sequences {
     /// Moves the squares into free places of the last block of products, if there are enough: that spares a
     /// loop. Squares of positions and velocities come first. Returns the number of blocks of products and of
     /// squares that have such operands alone.
-    pub(super) fn fill(&mut self, lanes: usize) -> [usize; 2] {
+    pub(crate) fn fill(&mut self, lanes: usize) -> [usize; 2] {
         let free = self.products.len().next_multiple_of(lanes) - self.products.len();
         if self.squares.len() <= free {
             self.products.extend(
@@ -422,7 +422,7 @@ impl Sequences {
     }
 
     /// Adds a switch, unless its argument is constant in time or it is known.
-    pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
+    pub(crate) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
         let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));
         let any = match argument {
             Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
@@ -436,17 +436,17 @@ impl Sequences {
     }
 
     /// The index of a switch; `None` if there is none with this argument.
-    pub(super) fn place(&self, argument: Argument) -> Option<usize> {
+    pub(crate) fn place(&self, argument: Argument) -> Option<usize> {
         self.switches.iter().position(|(known, _)| *known == argument)
     }
 
     /// All switches with their expressions.
-    pub(super) fn switches(&self) -> &[(Argument, Vec<NodeId>)] {
+    pub(crate) fn switches(&self) -> &[(Argument, Vec<NodeId>)] {
         &self.switches
     }
 
     /// The sequences in the arguments of switches.
-    pub(super) fn switched(&self) -> Vec<Sequence> {
+    pub(crate) fn switched(&self) -> Vec<Sequence> {
         let arguments = self.switches.iter().flat_map(|(argument, _)| match *argument {
             Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
                 [Some(u), None]
@@ -457,12 +457,12 @@ impl Sequences {
     }
 
     /// The lane of an inner sum, if it was added.
-    pub(super) fn lane(&self, [x, y]: [Operand; 2]) -> Option<Lane> {
+    pub(crate) fn lane(&self, [x, y]: [Operand; 2]) -> Option<Lane> {
         self.places.get(&[x.min(y), x.max(y)]).copied()
     }
 
     /// Adds an inner sum, if it is new.
-    pub(super) fn add_lane(&mut self, [x, y]: [Operand; 2]) {
+    pub(crate) fn add_lane(&mut self, [x, y]: [Operand; 2]) {
         let key = [x.min(y), x.max(y)];
         if self.places.contains_key(&key) {
             return;

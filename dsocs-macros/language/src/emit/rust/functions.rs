@@ -21,12 +21,12 @@ const MOST_ARGUMENTS: usize = 6;
 type FunctionWithArity = (usize, usize);
 
 /// The functions in differentiated expressions.
-pub(super) struct Functions(BTreeSet<FunctionWithArity>);
+pub(crate) struct Functions(BTreeSet<FunctionWithArity>);
 
 impl Functions {
     /// The functions of a declaration. One that is only observed is called with plain numbers, and so need
     /// not be generic.
-    pub(super) fn new(model: &Model) -> Self {
+    pub(crate) fn new(model: &Model) -> Self {
         let mut nodes = vec![model.lagrangian];
         nodes.extend(model.discrete_lagrangian);
         for row in &model.constraints {
@@ -57,7 +57,7 @@ impl Functions {
     }
 
     /// The methods through which the functions are called.
-    pub(super) fn methods(&self, model: &Model) -> TokenStream {
+    pub(crate) fn methods(&self, model: &Model) -> TokenStream {
         if self.0.is_empty() {
             return TokenStream::new();
         }
@@ -75,7 +75,7 @@ impl Functions {
     }
 
     /// The value of a function at plain numbers, or its derivative.
-    pub(super) fn on_numbers(
+    pub(crate) fn on_numbers(
         &self,
         graph: &Graph,
         callee: usize,
@@ -91,7 +91,7 @@ impl Functions {
 
     /// As [`Functions::on_numbers`], at dual numbers; `None` for a function that is called with plain numbers
     /// only.
-    pub(super) fn on_duals(
+    pub(crate) fn on_duals(
         &self,
         graph: &Graph,
         callee: usize,
@@ -193,7 +193,7 @@ fn method_name(place: usize, count: usize, span: Span) -> Ident {
 
 /// The value of a function, or its derivative by some arguments: with nested dual numbers, one level for each
 /// derivative, seeded in one argument each. `number` makes a constant of the arguments' type.
-pub(super) fn call(
+pub(crate) fn call(
     graph: &Graph,
     callee: usize,
     arguments: &[TokenStream],

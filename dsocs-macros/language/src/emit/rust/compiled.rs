@@ -1,16 +1,18 @@
-//! The hot form: `impl Compiled`, straight-line code for what a run evaluates often.
+//! `impl Compiled`: straight-line code for what a run evaluates often.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::facts::Facts;
-use super::pieces::{between_threads, matrix};
-use super::program::{Place, Value};
-use super::stages::Stages;
+use super::kernel::send_and_sync;
+use super::place::Place;
+use super::straight_line::matrix;
+use crate::emit::facts::Facts;
 use crate::graph::Leaf;
 use crate::hash::HashMap;
 use crate::model::Model;
 use crate::passes::sparse::Order;
+use crate::program::Value;
+use crate::program::stages::Stages;
 
 /// The place of a leaf in the arguments of the generated methods.
 fn argument(leaf: Leaf) -> Place {
@@ -49,7 +51,7 @@ fn code_in_step(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenSt
 /// `impl Compiled` of the declaration.
 pub(super) fn compiled(model: &Model, facts: &Facts, stages: &Stages) -> TokenStream {
     let name = &model.item.ident;
-    let generics = between_threads(&model.item.generics);
+    let generics = send_and_sync(&model.item.generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = model.coordinates.len();
     let types = types(facts);

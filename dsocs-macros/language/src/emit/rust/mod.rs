@@ -1,20 +1,25 @@
 //! The struct with all its implementations.
 
+mod compiled;
+pub(crate) mod functions;
+pub(crate) mod jets;
+pub(crate) mod kernel;
+mod phase_slopes;
+mod place;
+mod source;
+mod straight_line;
+
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
-use super::cold::{self, Declared, Expressions};
-use super::data::Data;
+use super::assemble::{Assembled, assembled};
 use super::facts::Facts;
-use super::functions::Functions;
-use super::kernel::{self, kernel};
-use super::pieces::between_threads;
-use super::stages::{Energy, Stages};
-use super::{hot, jets};
-use crate::graph::Graph;
-use crate::mechanics::{self, Symmetry};
+use super::tape;
 use crate::model::{Model, ParameterField, Warning, unraw};
 use crate::passes;
+
+use functions::Functions;
+use kernel::{kernel, send_and_sync};
 
 /// The struct as the user wrote it, with all its implementations.
 pub(crate) fn expand(model: &Model) -> TokenStream {
@@ -61,52 +66,6 @@ fn warning(warning: &Warning) -> TokenStream {
     }
 }
 
-/// The step of a declaration with its facts and stages.
-struct Assembled<'a> {
-    model: &'a Model,
-    facts: Facts,
-    stages: Stages<'a>,
-    graph: &'a Graph,
-    declared: Declared,
-    expressions: &'a Expressions,
-}
-
-/// Assembles the step of a declaration, and calls `make` with it.
-fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
-    let mut graph = model.graph.clone();
-    let step = mechanics::step(model, &mut graph);
-    let symmetry = Symmetry::decide(model, &graph, &step);
-    let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
-    let declared = Declared::new(model, &mut graph, &step);
-    let expressions = Expressions::new(model);
-    let energy = Energy::new(expressions.graph(), expressions.energy);
-    let stages = Stages::new(&graph, &step, &unknowns, energy);
-    make(Assembled {
-        model,
-        facts: Facts::new(
-            model,
-            &graph,
-            &stages,
-            &unknowns,
-            (symmetry, expressions.have_switches() || expressions.have_tables()),
-        ),
-        stages,
-        graph: &graph,
-        declared,
-        expressions: &expressions,
-    })
-}
-
-/// The declaration as data, for an engine that runs it without a compiler.
-pub(crate) fn data(model: &Model) -> Data {
-    let replaced = passes::with_continuous_quotients(model);
-    let model = replaced.as_ref().unwrap_or(model);
-    assembled(model, |all| {
-        let tape = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
-        Data::new(model, all.facts, tape, all.stages.sparse)
-    })
-}
-
 /// The implementations of the declaration, hot and cold.
 fn system(model: &Model) -> TokenStream {
     assembled(model, |all| code(&all))
@@ -118,10 +77,10 @@ fn code(all: &Assembled<'_>) -> TokenStream {
         model, facts, stages, ..
     } = all;
     let metadata = metadata(model, facts);
-    let compiled = hot::compiled(model, facts, stages);
+    let compiled = compiled::compiled(model, facts, stages);
     let functions = Functions::new(model);
-    let tape = cold::tape(model, stages, (all.graph, &all.declared), all.expressions);
-    let source = cold::source(model, &tape, &functions);
+    let tape = tape::tape(model, stages, (all.graph, &all.declared), all.expressions);
+    let source = source::source(model, &tape, &functions);
     let functions = functions.methods(model);
     let kind = kernel::Kind {
         third_order: facts.order > 2,
@@ -146,7 +105,7 @@ fn code(all: &Assembled<'_>) -> TokenStream {
 /// The `impl System`: names, and access to the parameters by index.
 fn metadata(model: &Model, facts: &Facts) -> TokenStream {
     let name = &model.item.ident;
-    let generics = between_threads(&model.item.generics);
+    let generics = send_and_sync(&model.item.generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity::new(#name, #doc));

@@ -4,9 +4,9 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::plan::LANES;
-use super::sequence::{Lane, Op, Operand, Sequence};
 use super::write::{Writer, at, leaf, local};
+use crate::recurrences::plan::LANES;
+use crate::recurrences::sequence::{Lane, Op, Operand, Sequence};
 
 impl Writer<'_> {
     /// The coefficient of order `k` of a product or a square that is in a whole block.

@@ -5,7 +5,9 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::*;
+use super::plan::Plan;
+use super::sequence::Op;
+use crate::emit::rust::jets::jets;
 use crate::expand;
 
 /// The numbers of products and squares of sequences in the recurrences of a declaration, and of rows that are

@@ -1,10 +1,8 @@
-//! `impl Kernel`: the hot form on slices, each method of which is one call.
+//! `impl Kernel`: the compiled step on slices, each method of which is one call.
 
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
-use syn::Generics;
-
-use super::pieces::between_threads;
+use syn::{Generics, parse_quote};
 
 /// Features that decide which optional methods of the trait are written.
 #[derive(Clone, Copy, Default)]
@@ -20,19 +18,19 @@ pub(crate) struct Kind {
 /// `impl Kernel` of a declared type with `n` coordinates.
 pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize, kind: Kind) -> TokenStream {
     let n = Literal::usize_unsuffixed(n);
-    let generics = between_threads(generics);
+    let generics = send_and_sync(generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
-    let hot = quote!(::dsocs_core::__private::kernel);
+    let kernel = quote!(::dsocs_core::__private::kernel);
     let of = quote!(::<Self, #n>);
     let leg = quote!(::dsocs_core::__private::AnyLeg<'_, f64>);
     let at = quote!(at: ::dsocs_core::__private::At<'_>);
     let third_order = kind.third_order.then(|| {
         quote! {
             fn remember(&self, constants: &mut [f64], past: &[f64]) {
-                #hot::remember #of(constants, past)
+                #kernel::remember #of(constants, past)
             }
             fn past(&self, constants: &[f64], past: &mut [f64]) {
-                #hot::past #of(constants, past)
+                #kernel::past #of(constants, past)
             }
         }
     });
@@ -42,14 +40,14 @@ pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize, kind: Kind) ->
                 <Self as ::dsocs_core::__private::Compiled<#n>>::sparse(self)
             }
             fn entries(&self, #at, rows: &mut [f64], entries: &mut [f64]) {
-                #hot::entries #of(self, at, rows, entries)
+                #kernel::entries #of(self, at, rows, entries)
             }
         }
     });
     let scales = kind.scaled.then(|| {
         quote! {
             fn scales(&self, #at, scales: &mut [f64]) {
-                #hot::scales #of(self, at, scales)
+                #kernel::scales #of(self, at, scales)
             }
         }
     });
@@ -58,29 +56,40 @@ pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize, kind: Kind) ->
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Kernel for #name #type_generics #where_clause {
             fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]) {
-                #hot::constants #of(self, parameters, h, constants)
+                #kernel::constants #of(self, parameters, h, constants)
             }
             #third_order
             fn known(&self, constants: &[f64], leg: #leg, known: &mut [f64]) {
-                #hot::known #of(self, constants, leg, known)
+                #kernel::known #of(self, constants, leg, known)
             }
             fn linearize(&self, #at, rows: &mut [f64], jacobian: &mut [f64]) {
-                #hot::linearize #of(self, at, rows, jacobian)
+                #kernel::linearize #of(self, at, rows, jacobian)
             }
             #sparse
             #scales
             fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
-                #hot::unknown #of(self, e, multipliers, z)
+                #kernel::unknown #of(self, e, multipliers, z)
             }
             fn second_difference(&self, #at, e: &mut [f64]) {
-                #hot::second_difference #of(self, at, e)
+                #kernel::second_difference #of(self, at, e)
             }
             fn smooth(&self, run_state: &mut ::dsocs_core::__private::RunState, count: u64) -> ::dsocs_core::__private::Halt {
-                #hot::smooth #of(self, run_state, count)
+                #kernel::smooth #of(self, run_state, count)
             }
             fn report(&self, run_state: &::dsocs_core::__private::RunState, node: ::dsocs_core::__private::NodeMut<'_>) {
-                #hot::report #of(self, run_state, node)
+                #kernel::report #of(self, run_state, node)
             }
         }
     }
+}
+
+/// The generics of a declared type, with a bound that it can be sent between threads, which a kernel
+/// requires.
+pub(crate) fn send_and_sync(generics: &Generics) -> Generics {
+    let mut generics = generics.clone();
+    if generics.type_params().next().is_some() {
+        let bound = parse_quote!(Self: ::core::marker::Send + ::core::marker::Sync);
+        generics.make_where_clause().predicates.push(bound);
+    }
+    generics
 }

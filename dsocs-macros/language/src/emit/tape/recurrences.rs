@@ -1,16 +1,16 @@
 //! The recurrences as data, for an engine that runs them without a compiler; `dsocs_core` documents the
 //! bytes.
 
-use super::computed;
-use super::plan::{Factor, Plan};
-use super::sequence::{Argument, Constant, Inverse, Lane, Op, Operand, Sequence};
-use crate::emit::cold;
+use super::segment::{Segment, number};
+use super::{Calls, of_constants};
 use crate::emit::data::Call;
-use crate::emit::program::{Calls, Segment, number};
 use crate::graph::{Comparison, Graph, Leaf};
 use crate::hash::HashMap;
 use crate::model::Model;
 use crate::passes;
+use crate::program::stages::single;
+use crate::recurrences::plan::{Factor, Plan};
+use crate::recurrences::sequence::{Argument, Constant, Inverse, Lane, Op, Operand, Sequence};
 
 /// The version of the format, as `dsocs_core` reads it.
 const VERSION: u8 = 3;
@@ -36,7 +36,7 @@ pub(crate) fn series(model: &Model) -> Option<Series> {
     let mut graph = model.graph.clone();
     let plan = Plan::of(model, &mut graph);
     let mut calls = Calls::default();
-    let (program, values) = computed(&graph, &plan.constants);
+    let (program, values) = single(&graph, &plan.constants);
     let constants = program.segment(Segment::default(), &values, 0, &HashMap::default(), &mut calls);
     let mut bytes = Bytes {
         graph: &graph,
@@ -48,8 +48,8 @@ pub(crate) fn series(model: &Model) -> Option<Series> {
     bytes.all(model);
     Some(Series {
         recurrences: bytes.recurrences(),
-        constants: cold::of_constants(&constants),
-        calls: bytes.calls.asked(&graph),
+        constants: of_constants(&constants),
+        calls: bytes.calls.data(&graph),
     })
 }
 

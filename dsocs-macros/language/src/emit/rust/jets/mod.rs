@@ -1,18 +1,6 @@
-//! Taylor series of the continuous motion: the recurrences of a declaration.
-//!
-//! The third walk over the expression graph, after values and dual numbers. [`passes::motion`] solves the
-//! continuous system for the accelerations, [`lower`] makes sequences of coefficients of them ([`sequence`]),
-//! and [`plan`] orders the computation. [`write`] writes the code, of order 0 and of any other order, and
-//! [`data`] the same as data. The orders are a loop, so the code is as long as the declaration, whatever the
-//! order.
+//! `impl Jets`: the recurrences of Taylor series as code, of order 0 and of any other order. The orders are a
+//! loop, so the code is as long as the declaration, whatever the order.
 
-mod data;
-mod describe;
-mod lower;
-mod pairs;
-mod plan;
-mod running;
-mod sequence;
 mod whole;
 mod write;
 
@@ -20,24 +8,23 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{ToTokens as _, quote};
 use syn::{Generics, Ident};
 
-use self::plan::Plan;
-use self::sequence::{Op, Sequence};
-use self::write::{Writer, kth, local, zeroth};
-use super::phase;
-use super::pieces::{between_threads, matrix};
-use super::program::{Place, Program, Value};
+use super::kernel::send_and_sync;
+use super::phase_slopes;
+use super::place::Place;
+use super::straight_line::matrix;
 use crate::graph::{Graph, NodeId};
 use crate::hash::HashMap;
 use crate::model::Model;
-
-pub use data::Series;
-pub(crate) use data::series;
+use crate::program::stages::single;
+use crate::recurrences::plan::{LANES, Plan};
+use crate::recurrences::sequence::{Op, Sequence};
+use write::{Writer, kth, local, zeroth};
 
 /// If fewer than one in this many entries of the Jacobian are nonzero, only these are written.
 const MOSTLY_ZERO: usize = 4;
 
 /// The `impl Jets` of the declaration.
-pub(super) fn jets(model: &Model) -> TokenStream {
+pub(crate) fn jets(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
     let plan = Plan::of(model, &mut graph);
     let writer = Writer::new(&graph, &plan);
@@ -50,11 +37,11 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     let (constants_code, constants) = constants(&graph, &plan.constants);
     let count = Literal::usize_unsuffixed(constants.len());
     let name = &model.item.ident;
-    let generics = between_threads(&model.item.generics);
+    let generics = send_and_sync(&model.item.generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let (c, series, table) = (local("c"), local("series"), local("table"));
-    let phase_slopes = phase::method(model);
+    let phase_slopes = phase_slopes::method(model);
     quote! {
         // generated straight-line code needs no lints
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
@@ -105,7 +92,7 @@ fn switches(model: &Model, graph: &Graph, plan: &Plan) -> (TokenStream, TokenStr
 /// The `impl Jets` of a type without Taylor series, for a constraint of third order or a wrong declaration.
 /// It is never called.
 pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
-    let generics = between_threads(generics);
+    let generics = send_and_sync(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
     let n = Literal::usize_unsuffixed(n);
     quote! {
@@ -198,7 +185,7 @@ impl Writer<'_> {
             sequences
                 .products
                 .len()
-                .saturating_sub(self.plan.whole[0] * plan::LANES),
+                .saturating_sub(self.plan.whole[0] * LANES),
             sequences.squares.len(),
         ]
         .map(Literal::usize_unsuffixed);
@@ -312,19 +299,8 @@ impl Writer<'_> {
     }
 }
 
-/// The operations of some expressions of the parameters, and their results.
-fn computed<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
-    let mut program = Program::new(graph, |_| 0);
-    program.plan(nodes);
-    let values = nodes.iter().map(|&node| program.lower(node)).collect();
-    (program, values)
-}
-
 /// Code for expressions of the parameters.
 fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>) {
-    let (program, values) = computed(graph, nodes);
+    let (program, values) = single(graph, nodes);
     program.code(&values, &HashMap::default(), "n", &|_| Place::nowhere())
 }
-
-#[cfg(test)]
-mod tests;

@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 
+use super::functions;
 use super::place::{Place, number};
-use super::schedule::{Product, Schedule};
-use super::{Given, Op, Program, Value};
-use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, Param};
 use crate::hash::HashMap;
+use crate::program::schedule::{Product, Schedule};
+use crate::program::{Given, Op, Program, Value};
 
 /// The most `let`s in one block. Every `let` opens a scope inside the one before it, and some thousands of
 /// nested scopes overflow the compiler's stack when it writes debug information. Longer code is split into
@@ -277,4 +277,10 @@ fn call(graph: &Graph, callee: usize, args: &[TokenStream], wrt: &[usize]) -> To
         .collect();
     let result = functions::call(graph, callee, &args, wrt, &|number| quote!(#number));
     quote_spanned!(span=> __T::from_lanes(|#lane| [#result])[0])
+}
+
+/// The array `[[a, b], [c, d]]` of some entries, row by row.
+pub(super) fn matrix(rows: &[TokenStream], width: usize) -> TokenStream {
+    let rows = rows.chunks(width.max(1)).map(|row| quote!([#(#row),*]));
+    quote!([#(#rows),*])
 }

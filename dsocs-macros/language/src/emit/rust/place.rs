@@ -3,14 +3,14 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
-use super::Stored;
+use crate::program::Stored;
 
 /// The place of a value in the arguments of a method.
 pub(crate) struct Place {
     /// The argument.
-    pub(super) array: TokenStream,
+    pub(crate) array: TokenStream,
     /// The index, if the argument is an array, and whether it is a reference to one.
-    pub(super) element: Option<(usize, bool)>,
+    pub(crate) element: Option<(usize, bool)>,
 }
 
 impl Place {
@@ -57,7 +57,7 @@ impl Place {
     }
 
     /// The place of a value that another method has stored.
-    pub(super) fn stored(place: Stored) -> Self {
+    pub(crate) fn stored(place: Stored) -> Self {
         match place {
             Stored::Constants(index) => Self::element("constants", index),
             Stored::Known(index) => Self::element("known", index),
@@ -78,7 +78,7 @@ impl Place {
 }
 
 /// A number as the generic scalar.
-pub(super) fn number(value: f64) -> TokenStream {
+pub(crate) fn number(value: f64) -> TokenStream {
     let literal = if value.is_nan() {
         quote!(f64::NAN)
     } else if value.is_infinite() {

@@ -3,10 +3,10 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 
-use super::plan::{Factor, LANES, Plan};
-use super::sequence::{Argument, Constant, Lane, Op, Operand, Sequence};
-use crate::emit::functions;
+use crate::emit::rust::functions;
 use crate::graph::{Comparison, Graph, Leaf};
+use crate::recurrences::plan::{Factor, LANES, Plan};
+use crate::recurrences::sequence::{Argument, Constant, Lane, Op, Operand, Sequence};
 
 /// The longest sum that is written out; longer ones call a function, which forms several partial sums side by
 /// side.

@@ -1,24 +1,27 @@
-//! The cold form: `impl Source`, a tape of everything in a declaration.
+//! The declaration as a tape: all of its operations as bytes, which `dsocs_core` reads.
 
-use proc_macro2::{Literal, TokenStream};
-use quote::quote;
+mod calls;
+mod recurrences;
+mod segment;
 
-use super::functions::Functions;
-use super::phase::Phase;
-use super::pieces::between_threads;
-use super::program::{Calls, Segment, number};
-use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::HashMap;
-use crate::mechanics::{self, Sides, StepEquations, Switches, Table};
+use crate::mechanics::{self, LowerOrder, Sides, StepEquations, Switches, Table};
 use crate::model::{Kind, Model};
 use crate::passes;
+use crate::program::stages::{Stages, single};
+
+use segment::{Segment, number};
+
+pub(crate) use calls::Calls;
+pub use recurrences::Series;
+pub(crate) use recurrences::series;
 
 /// The version of the tape's format, as `dsocs_core` reads it.
 const VERSION: u8 = 6;
 
 /// Expressions of a step as it was declared, before the passes.
-pub(super) struct Declared {
+pub(crate) struct Declared {
     /// The rows of the equations.
     rows: Vec<NodeId>,
     /// The components of the fields that span the virtual displacements, field by field.
@@ -29,7 +32,7 @@ pub(super) struct Declared {
 
 impl Declared {
     /// The declared expressions of a step.
-    pub(super) fn new(model: &Model, graph: &mut Graph, step: &StepEquations) -> Self {
+    pub(crate) fn new(model: &Model, graph: &mut Graph, step: &StepEquations) -> Self {
         let one = graph.constant(1.0);
         let constraints = step.rows.iter().zip(&model.constraints);
         let kinematic = constraints.filter(|(_, row)| row.kind == Kind::Kinematic);
@@ -42,10 +45,10 @@ impl Declared {
 }
 
 /// Expressions of the continuous system, of a leg, and of the switches.
-pub(super) struct Expressions {
+pub(crate) struct Expressions {
     graph: Graph,
     discrete_lagrangian: NodeId,
-    pub(super) energy: NodeId,
+    pub(crate) energy: NodeId,
     /// The rows of the continuous system, then their Jacobian.
     continuous: Vec<NodeId>,
     force: Vec<NodeId>,
@@ -57,7 +60,7 @@ pub(super) struct Expressions {
 }
 
 impl Expressions {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(crate) fn new(model: &Model) -> Self {
         let n = model.coordinates.len();
         let mut graph: Graph = model.graph.clone();
         let discrete_lagrangian = mechanics::discrete_lagrangian(model, &mut graph);
@@ -98,29 +101,29 @@ impl Expressions {
         }
     }
 
-    pub(super) fn graph(&self) -> &Graph {
+    pub(crate) fn graph(&self) -> &Graph {
         &self.graph
     }
 
     /// Whether there are switches.
-    pub(super) fn have_switches(&self) -> bool {
+    pub(crate) fn have_switches(&self) -> bool {
         !self.switches.arguments.is_empty()
     }
 
     /// Whether there are tables of samples.
-    pub(super) fn have_tables(&self) -> bool {
+    pub(crate) fn have_tables(&self) -> bool {
         !self.switches.tables.is_empty()
     }
 }
 
 /// The tape of a declaration, and the functions and expressions that it calls.
-pub(super) struct TapeWithCalls {
-    pub(super) bytes: Vec<u8>,
-    pub(super) calls: Calls,
+pub(crate) struct TapeWithCalls {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) calls: Calls,
 }
 
 /// The tape of the declaration.
-pub(super) fn tape(
+pub(crate) fn tape(
     model: &Model,
     stages: &Stages,
     declared: (&Graph, &Declared),
@@ -141,7 +144,7 @@ pub(super) fn tape(
 const SEGMENTS: usize = 29;
 
 /// A tape with a segment of constants, and all others empty.
-pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
+pub(crate) fn of_constants(constants: &Segment) -> Vec<u8> {
     let none = Segment::default().bytes();
     let others = (1..SEGMENTS).map(|_| none.clone());
     let mut bytes = vec![VERSION];
@@ -150,76 +153,6 @@ pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
         bytes.extend(segment);
     }
     bytes
-}
-
-/// `impl Source` of the declaration.
-pub(super) fn source(
-    model: &Model,
-    TapeWithCalls { bytes, calls }: &TapeWithCalls,
-    functions: &Functions,
-) -> TokenStream {
-    let name = &model.item.ident;
-    let generics = between_threads(&model.item.generics);
-    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
-    let tape = Literal::byte_string(bytes);
-    let arms = calls.arms(&model.graph, functions);
-    let dual_arms = calls.dual_arms(&model.graph, functions);
-    let call_dual = (!dual_arms.is_empty()).then(|| {
-        quote! {
-            fn call_dual(
-                &self,
-                which: usize,
-                arguments: &[::dsocs_core::__private::Dual<f64>],
-            ) -> ::dsocs_core::__private::Dual<f64> {
-                match (which, arguments) {
-                    #(#dual_arms,)*
-                    (_, &[]) => ::dsocs_core::__private::Dual::new(self.call(which, &[]), 0.0),
-                    _ => ::dsocs_core::__private::Dual::new(f64::NAN, f64::NAN),
-                }
-            }
-        }
-    });
-    let data_arms = calls.data_arms(model);
-    let data = (!data_arms.is_empty()).then(|| {
-        quote! {
-            fn data(&self, which: usize) -> ::core::option::Option<::dsocs_core::__private::CallData<'_>> {
-                match which {
-                    #(#data_arms,)*
-                    _ => ::core::option::Option::None,
-                }
-            }
-        }
-    });
-    let n = Literal::usize_unsuffixed(model.coordinates.len());
-    quote! {
-        #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
-        #[automatically_derived]
-        impl #impl_generics ::dsocs_core::__private::Source for #name #type_generics #where_clause {
-            fn shape(&self) -> &::dsocs_core::__private::Shape {
-                const { &::dsocs_core::__private::Shape::of::<Self, #n>() }
-            }
-
-            fn tape(&self) -> &::dsocs_core::__private::Tape {
-                static TAPE: ::dsocs_core::__private::Tape = ::dsocs_core::__private::Tape::new(#tape);
-                &TAPE
-            }
-
-            fn value(&self, parameter: usize) -> f64 {
-                <Self as ::dsocs_core::System<#n>>::parameter(self, parameter).unwrap_or(f64::NAN)
-            }
-
-            fn call(&self, which: usize, arguments: &[f64]) -> f64 {
-                match (which, arguments) {
-                    #(#arms,)*
-                    _ => f64::NAN,
-                }
-            }
-
-            #call_dual
-
-            #data
-        }
-    }
 }
 
 /// The segments of the tape, in their order.
@@ -380,10 +313,10 @@ fn sided(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment
 /// The constraints of lower order: at a position and a velocity, with their slopes, and on a leg.
 fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
     let mut graph = model.graph.clone();
-    let Some(Phase {
+    let Some(LowerOrder {
         positions,
         velocities,
-    }) = Phase::new(model, &mut graph)
+    }) = LowerOrder::new(model, &mut graph)
     else {
         return [Segment::default(), Segment::default(), Segment::default()];
     };

@@ -4,36 +4,27 @@ use core::f64::consts::FRAC_PI_2;
 use std::collections::BTreeSet;
 
 use super::running::Sums;
-use super::sequence::{Argument, Bound, Constant, Inverse, Op, Sequence, Sequences};
+use super::sequence::{Argument, Bound, Constant, Op, Sequence, Sequences};
+use super::switches::HIGH;
 use crate::graph::{Comparison, Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
-/// A divisor with a power of this degree or a higher one may make a function flat far from its zero.
-const HIGH: f64 = 4.0;
-
-/// A factor with this power or a higher one is flat where it is small, so the series has to see at least so
-/// many orders to detect its rise.
-const LEAST_HILL: f64 = 8.0;
-
-/// The highest degree of a root that is looked for in exponents.
-const MOST_DEGREE: u32 = 16;
-
 /// The lowering of expressions to sequences, each expression once.
-pub(super) struct Lower<'g> {
-    pub(super) graph: &'g mut Graph,
-    pub(super) sequences: Sequences,
+pub(crate) struct Lower<'g> {
+    pub(crate) graph: &'g mut Graph,
+    pub(crate) sequences: Sequences,
     done: HashMap<NodeId, Sequence>,
-    pairs: HashMap<(Sequence, bool), [Sequence; 2]>,
-    tangents: HashMap<(Sequence, bool), Sequence>,
+    pub(super) pairs: HashMap<(Sequence, bool), [Sequence; 2]>,
+    pub(super) tangents: HashMap<(Sequence, bool), Sequence>,
     products: HashMap<Product, Sequence>,
     shared: Shared,
-    pub(super) sums: Sums,
+    pub(crate) sums: Sums,
 }
 
 impl<'g> Lower<'g> {
     /// A lowering in which the expressions share products and running sums.
-    pub(super) fn new(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
+    pub(crate) fn new(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
         let sums = Sums::find(graph, outputs);
         Self {
             sums,
@@ -57,7 +48,7 @@ impl<'g> Lower<'g> {
     }
 
     /// The number of products of sequences in some expressions, not counting functions.
-    pub(super) fn cost(graph: &mut Graph, outputs: &[NodeId]) -> usize {
+    pub(crate) fn cost(graph: &mut Graph, outputs: &[NodeId]) -> usize {
         let mut lower = Lower::term_by_term(graph, outputs);
         for &output in outputs {
             lower.lower(output);
@@ -72,7 +63,7 @@ impl<'g> Lower<'g> {
     }
 
     /// The sequence of an expression.
-    pub(super) fn lower(&mut self, id: NodeId) -> Sequence {
+    pub(crate) fn lower(&mut self, id: NodeId) -> Sequence {
         if let Some(&done) = self.done.get(&id) {
             return done;
         }
@@ -199,7 +190,7 @@ impl<'g> Lower<'g> {
     }
 
     /// A product of moving factors.
-    pub(super) fn product(&mut self, factors: &[(NodeId, i32)]) -> Sequence {
+    pub(crate) fn product(&mut self, factors: &[(NodeId, i32)]) -> Sequence {
         if let &[(factor, 1)] = factors {
             return self.lower(factor);
         }
@@ -268,234 +259,6 @@ impl<'g> Lower<'g> {
         })
     }
 
-    fn unary(&mut self, op: Unary, a: Sequence) -> Sequence {
-        let op = match op {
-            Unary::Sqrt => Op::Root(a),
-            Unary::Cbrt => Op::CubeRoot(a),
-            Unary::Exp => Op::Exp(a),
-            Unary::ExpM1 => Op::ExpM1(a),
-            Unary::Ln => Op::Ln(a),
-            Unary::Ln1p => Op::Ln1p(a),
-            Unary::Abs => Op::Abs(a),
-            Unary::Signum => Op::Signum(a),
-            Unary::Sin | Unary::Cos => {
-                let [sine, cosine] = self.pair(a, true);
-                return if op == Unary::Sin { sine } else { cosine };
-            }
-            Unary::Sinh | Unary::Cosh => {
-                let [sine, cosine] = self.pair(a, false);
-                return if op == Unary::Sinh { sine } else { cosine };
-            }
-            Unary::Tan | Unary::Tanh => {
-                let conjugate = op == Unary::Tanh;
-                if let Some(&known) = self.tangents.get(&(a, conjugate)) {
-                    return known;
-                }
-                let one = self.graph.constant(1.0);
-                let value = self.sequences.tangent(a, one, conjugate);
-                self.tangents.insert((a, conjugate), value);
-                return value;
-            }
-            Unary::Asin => Op::Inverse(Inverse::Asin, a, self.conjugate_root(a)),
-            Unary::Acos => {
-                let root = self.conjugate_root(a);
-                let minus_one = self.graph.constant(-1.0);
-                let negative = self.sequences.push(Op::Linear(None, vec![(minus_one, root)]));
-                Op::Inverse(Inverse::Acos, a, negative)
-            }
-            Unary::Atan => Op::Inverse(Inverse::Atan, a, self.one_and(a)),
-            Unary::Asinh => {
-                let sum = self.one_and(a);
-                Op::Inverse(Inverse::Asinh, a, self.sequences.push(Op::Root(sum)))
-            }
-            Unary::Acosh => {
-                let conjugate = self.conjugate(a);
-                let minus_one = self.graph.constant(-1.0);
-                let opposite = self
-                    .sequences
-                    .push(Op::Linear(None, vec![(minus_one, conjugate)]));
-                let root = self.sequences.push(Op::Root(opposite));
-                self.watch_bound(root, Bound::Zero);
-                Op::Inverse(Inverse::Acosh, a, root)
-            }
-            Unary::Atanh => Op::Inverse(Inverse::Atanh, a, self.conjugate(a)),
-        };
-        self.sequences.push(op)
-    }
-
-    fn pair(&mut self, a: Sequence, circular: bool) -> [Sequence; 2] {
-        if let Some(&known) = self.pairs.get(&(a, circular)) {
-            return known;
-        }
-        let pair = if circular {
-            self.sequences.pair(a, Op::Sin, Op::Cos)
-        } else {
-            self.sequences.pair(a, Op::Sinh, Op::Cosh)
-        };
-        self.pairs.insert((a, circular), pair);
-        pair
-    }
-
-    /// `1 - u²`.
-    fn conjugate(&mut self, u: Sequence) -> Sequence {
-        let square = self.sequences.push(Op::Square(u));
-        self.sequences.push(Op::Conjugate(u, square))
-    }
-
-    /// `√(1 - u²)`.
-    fn conjugate_root(&mut self, u: Sequence) -> Sequence {
-        let conjugate = self.conjugate(u);
-        let root = self.sequences.push(Op::Root(conjugate));
-        self.watch_bound(root, Bound::Zero);
-        root
-    }
-
-    /// `1 + u²`.
-    fn one_and(&mut self, u: Sequence) -> Sequence {
-        let one = self.graph.constant(1.0);
-        let square = self.sequences.push(Op::Square(u));
-        self.sequences.push(Op::Linear(Some(one), vec![(one, square)]))
-    }
-
-    /// Watches the base of a power, if the power may be flat far from where it is large.
-    fn watch_high(&mut self, base: NodeId, exponent: f64) {
-        let degree = exponent.abs() * self.degree(base);
-        if exponent < 0.0 && degree >= HIGH {
-            // of the same steepness as before where a root has been taken off
-            let steepness = if exponent.fract() == 0.0 {
-                degree
-            } else {
-                exponent.abs()
-            };
-            self.watch_divisor(base, steepness);
-        } else if exponent >= LEAST_HILL {
-            self.watch_power(base, exponent);
-        }
-    }
-
-    /// Watches a divisor, and its factors with a high power: a multiple root is known to few digits only.
-    fn watch_divisor(&mut self, id: NodeId, degree: f64) {
-        let mut watched = vec![(id, degree)];
-        if let Node::Sum(_, terms) = self.graph.node(id) {
-            for (term, _) in terms {
-                if let Node::Product(factors) = self.graph.node(*term) {
-                    let high = self.powers(factors).into_iter();
-                    watched.extend(high.filter(|(_, n)| n.abs() >= HIGH));
-                }
-            }
-        }
-        for (id, degree) in watched {
-            self.watch_power(id, -degree.abs());
-        }
-    }
-
-    /// The bases of a product's factors with their exponents, those of roots taken together. The series of a
-    /// root ends at the complex zero of its base, and does not show from afar where the base is small; that
-    /// of the base does.
-    fn powers(&self, factors: &[(NodeId, i32)]) -> Vec<(NodeId, f64)> {
-        let mut powers: Vec<(NodeId, f64)> = Vec::new();
-        for &(factor, n) in factors {
-            let (base, exponent) = self.base(factor);
-            let exponent = exponent * f64::from(n);
-            match powers.iter_mut().find(|(present, _)| *present == base) {
-                Some((_, present)) => *present += exponent,
-                None => powers.push((base, exponent)),
-            }
-        }
-        powers
-    }
-
-    /// An expression as a power of a constant exponent of another one, which is no root.
-    fn base(&self, id: NodeId) -> (NodeId, f64) {
-        let (of, exponent) = match *self.graph.node(id) {
-            Node::Unary(Unary::Sqrt, of) => (of, Some(0.5)),
-            Node::Unary(Unary::Cbrt, of) => (of, Some(1.0 / 3.0)),
-            Node::Powf(of, exponent) => (of, self.graph.as_constant(exponent)),
-            _ => return (id, 1.0),
-        };
-        exponent.map_or((id, 1.0), |exponent| {
-            let (base, inner) = self.base(of);
-            (base, inner * exponent)
-        })
-    }
-
-    /// Watches the base of a power with a high exponent.
-    fn watch_power(&mut self, id: NodeId, exponent: f64) {
-        let exponent = whole(exponent);
-        let sequence = self.lower(id);
-        self.sequences
-            .switch(Argument::Power(sequence, exponent), Vec::new());
-    }
-
-    /// Watches a value that has bounds.
-    fn watch_bound(&mut self, value: Sequence, bound: Bound) {
-        self.sequences.switch(Argument::Bounded(value, bound), Vec::new());
-    }
-
-    /// Watches a root of the base of a power, if the base may touch zero. The root has the lowest degree with
-    /// which the base touching zero makes a corner: the fourth root for the exponents 1/4 and -3/4.
-    fn watch_root(&mut self, base: NodeId, exponent: f64) {
-        let degree = (2..=MOST_DEGREE)
-            .step_by(2)
-            .map(f64::from)
-            .find(|degree| (exponent * degree).fract() == 0.0);
-        if let Some(degree) = degree
-            && exponent.fract() != 0.0
-            && self.may_touch(base)
-        {
-            let (base, exponent) = (self.lower(base), self.graph.constant(degree.recip()));
-            let root = self.sequences.push(Op::Power(base, exponent));
-            self.watch_bound(root, Bound::Zero);
-        }
-    }
-
-    /// Whether an expression may touch zero without another switch showing it.
-    fn may_touch(&self, id: NodeId) -> bool {
-        !self.graph.is_several_squares(id) && !self.begins_piece(id)
-    }
-
-    /// Whether an expression is zero where a factor changes to another piece, such as `x.max(0)`, which is
-    /// watched already.
-    fn begins_piece(&self, id: NodeId) -> bool {
-        let is_piece = |node: NodeId| {
-            matches!(
-                self.graph.node(node),
-                Node::Select(..) | Node::Unary(Unary::Abs, _)
-            )
-        };
-        match self.graph.terms(id) {
-            (terms, constant) if terms.len() == 1 && constant == 0.0 => {
-                let factors = self.graph.factors(terms[0].0);
-                factors.iter().any(|&(factor, _)| is_piece(factor))
-            }
-            _ => false,
-        }
-    }
-
-    /// The highest degree of a term in moving factors, for an expression that is a sum or a product.
-    fn degree(&self, id: NodeId) -> f64 {
-        let of_factor = |id: NodeId| match self.base(id) {
-            (base, _) if base == id => 1.0,
-            (base, exponent) => exponent.abs() * self.degree(base),
-        };
-        let of_factors = |id: NodeId| match self.graph.node(id) {
-            Node::Product(factors) => {
-                let moving = factors.iter().filter(|(factor, _)| !self.graph.is_fixed(*factor));
-                moving
-                    .map(|&(factor, n)| f64::from(n.unsigned_abs()) * of_factor(factor))
-                    .sum()
-            }
-            _ => of_factor(id),
-        };
-        match self.graph.node(id) {
-            Node::Sum(_, terms) => {
-                let degrees = terms.iter().map(|(term, _)| of_factors(*term));
-                degrees.reduce(f64::max).unwrap_or(1.0)
-            }
-            _ => of_factors(id),
-        }
-    }
-
     fn powf(&mut self, base: NodeId, exponent: NodeId) -> Sequence {
         if self.graph.is_fixed(exponent) {
             let node = base;
@@ -522,17 +285,11 @@ impl<'g> Lower<'g> {
     }
 }
 
-/// The integer of least size that is not below an exponent.
-#[allow(clippy::cast_possible_truncation)] // the nearest in its range
-fn whole(exponent: f64) -> i32 {
-    exponent.abs().ceil().copysign(exponent) as i32
-}
-
 /// Factors and their exponents.
 type Factors = Vec<(NodeId, i32)>;
 
 /// The constant and the moving factors of a term.
-pub(super) fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
+pub(crate) fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
     let factors = match graph.node(term) {
         Node::Product(factors) => factors.clone(),
         _ => vec![(term, 1)],

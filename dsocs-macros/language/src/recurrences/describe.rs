@@ -10,7 +10,7 @@ use crate::graph::{Callee, Graph, Leaf, Node, NodeId};
 const LONGEST: usize = 100;
 
 /// An expression, approximately as the declaration has it.
-pub(super) fn describe(graph: &Graph, coordinates: &[Ident], id: NodeId) -> String {
+pub(crate) fn describe(graph: &Graph, coordinates: &[Ident], id: NodeId) -> String {
     let text = text(graph, coordinates, id, false);
     match text.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}…", &text[..end]),
@@ -19,7 +19,7 @@ pub(super) fn describe(graph: &Graph, coordinates: &[Ident], id: NodeId) -> Stri
 }
 
 /// The name of a function.
-pub(super) fn function(graph: &Graph, callee: usize) -> String {
+pub(crate) fn function(graph: &Graph, callee: usize) -> String {
     match graph.callee(callee) {
         Callee::Function(tokens) => short(&tokens.to_string()),
         Callee::Method(name) => name.to_string(),

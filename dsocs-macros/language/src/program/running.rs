@@ -4,7 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::{Op, Program, Value, is_one};
+use super::sums::is_one;
+use super::{Op, Program, Value};
 use crate::graph::{Bits, Node, NodeId};
 use crate::passes::running::{self, EarlyFactor, FEWEST_TERMS, SplitTerm};
 use crate::passes::share::{Factor, Product};

@@ -1,124 +1,24 @@
-//! From the expression graph to straight-line code.
-//!
-//! A [`Program`] holds the operations of several functions, each operation once, with the *stage* at which it
-//! can be computed. The early factors of a sum or product are gathered into a partial result of its own, so
-//! that later stages have as little to do as possible. The caller defines the stages; see [`super::stages`].
+//! Sums and products of a program: terms with common early factors are gathered, and partial products are
+//! shared.
 
-mod place;
-mod running;
-mod schedule;
-mod tape;
-mod write;
-
-pub(crate) use place::Place;
-pub(crate) use tape::{Calls, Segment, number};
-
-use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
+use super::{Op, Program, Value};
+use crate::graph::{Bits, Node, NodeId, Unary};
 use crate::hash::{HashMap, HashSet};
 use crate::passes::running::EarlyFactor;
 use crate::passes::share::{self, Factor, Product, Shared};
 
-/// An operation of a [`Program`].
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
-pub(crate) struct Value(u32);
-
-impl Value {
-    fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-enum Op {
-    Constant(Bits),
-    Leaf(Leaf),
-    Param(usize),
-    Neg(Value),
-    Add(Value, Value),
-    Sub(Value, Value),
-    Mul(Value, Value),
-    Recip(Value),
-    Powi(Value, i32),
-    Unary(Unary, Value),
-    Powf(Value, Value),
-    Atan2(Value, Value),
-    Select(Comparison, [Value; 4]),
-    Call {
-        callee: usize,
-        args: Vec<Value>,
-        wrt: Vec<usize>,
-    },
-}
-
-impl Op {
-    fn parts(&self) -> Vec<Value> {
-        let mut parts = Vec::new();
-        self.for_parts(|part| parts.push(part));
-        parts
-    }
-
-    /// Calls a function with each operand.
-    fn for_parts(&self, mut with: impl FnMut(Value)) {
-        match self {
-            Self::Constant(_) | Self::Leaf(_) | Self::Param(_) => {}
-            Self::Neg(a) | Self::Recip(a) | Self::Powi(a, _) | Self::Unary(_, a) => with(*a),
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Powf(a, b) | Self::Atan2(a, b) => {
-                with(*a);
-                with(*b);
-            }
-            Self::Select(_, parts) => parts.iter().copied().for_each(with),
-            Self::Call { args, .. } => args.iter().copied().for_each(with),
-        }
-    }
-}
-
-/// The array and the index of a value that another method has computed.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Stored {
-    /// In `constants`, computed once a run.
-    Constants(usize),
-    /// In `known`, computed once a step.
-    Known(usize),
-}
-
-/// Values that other methods have computed, and where they are stored.
-pub(crate) type Given = HashMap<Value, Stored>;
-
 /// The highest power that is written as products; a higher one is a call of `powi`.
 const LONGEST_PRODUCT: i32 = 64;
 
-/// Operations, each with the stage at which it can be computed.
-pub(crate) struct Program<'g> {
-    graph: &'g Graph,
-    stage_of: fn(Leaf) -> usize,
-    ops: Vec<Op>,
-    stages: Vec<usize>,
-    known: HashMap<Op, Value>,
-    lowered: HashMap<NodeId, Value>,
-    /// The stage at which nodes with a set of leaves are known.
-    set_stages: HashMap<usize, usize>,
-    shared: Shared,
-    /// The shared parts that have been lowered.
-    parts: HashMap<usize, Value>,
-    /// The early parts of terms that have been lowered.
-    early: HashMap<EarlyFactor, Value>,
-    /// The parts of a sum that are computed as running sums; see [`running`].
-    running: HashMap<NodeId, Vec<Rc<running::Running>>>,
-    running_parts: Shared,
-    /// The shared partial sums that have been lowered.
-    running_values: HashMap<usize, Value>,
-}
-
 /// A term of a sum: `± early · late`.
 #[derive(Clone)]
-struct Term {
-    stage: usize,
-    negative: bool,
-    early: EarlyFactor,
-    late: Vec<(NodeId, i32)>,
+pub(super) struct Term {
+    pub(super) stage: usize,
+    pub(super) negative: bool,
+    pub(super) early: EarlyFactor,
+    pub(super) late: Vec<(NodeId, i32)>,
 }
 
 impl Term {
@@ -160,122 +60,13 @@ fn without_factors(mut product: Product, factors: &Product) -> Product {
     product
 }
 
-fn is_one((coefficient, factors): &EarlyFactor) -> bool {
+pub(super) fn is_one((coefficient, factors): &EarlyFactor) -> bool {
     factors.is_empty() && *coefficient == Bits::new(1.0)
 }
 
-impl<'g> Program<'g> {
-    /// The number of operations.
-    pub(crate) fn operations(&self) -> usize {
-        self.ops.len()
-    }
-
-    /// An empty program; `stage_of` is the stage at which a leaf is known. Numbers and parameters are known
-    /// at stage 0.
-    pub(crate) fn new(graph: &'g Graph, stage_of: fn(Leaf) -> usize) -> Self {
-        Self {
-            graph,
-            stage_of,
-            ops: Vec::new(),
-            stages: Vec::new(),
-            known: HashMap::default(),
-            lowered: HashMap::default(),
-            set_stages: HashMap::default(),
-            shared: Shared::default(),
-            parts: HashMap::default(),
-            early: HashMap::default(),
-            running: HashMap::default(),
-            running_parts: Shared::default(),
-            running_values: HashMap::default(),
-        }
-    }
-
-    /// The operation that computes a node.
-    pub(crate) fn lower(&mut self, id: NodeId) -> Value {
-        if let Some(&value) = self.lowered.get(&id) {
-            return value;
-        }
-        let graph = self.graph;
-        let value = match *graph.node(id) {
-            Node::Constant(bits) => self.push(Op::Constant(bits)),
-            Node::Leaf(leaf) => self.push(Op::Leaf(leaf)),
-            Node::Param(param) => self.push(Op::Param(param)),
-            Node::Sum(constant, ref terms) => self.lower_sum(id, constant, terms),
-            Node::Product(_) => self.lower_product(id),
-            Node::Unary(op, a) => {
-                let a = self.lower(a);
-                self.push(Op::Unary(op, a))
-            }
-            Node::Powf(a, b) => {
-                let (a, b) = (self.lower(a), self.lower(b));
-                self.push(Op::Powf(a, b))
-            }
-            Node::Atan2(y, x) => {
-                let (y, x) = (self.lower(y), self.lower(x));
-                self.push(Op::Atan2(y, x))
-            }
-            Node::Select(op, parts) => {
-                let parts = parts.map(|part| self.lower(part));
-                self.push(Op::Select(op, parts))
-            }
-            Node::Call {
-                callee,
-                ref args,
-                ref wrt,
-            } => {
-                let args = args.iter().map(|&arg| self.lower(arg)).collect();
-                let wrt = wrt.clone();
-                self.push(Op::Call { callee, args, wrt })
-            }
-        };
-        self.lowered.insert(id, value);
-        value
-    }
-
-    /// The stage at which a value is known.
-    pub(crate) fn stage(&self, value: Value) -> usize {
-        self.stages[value.0 as usize]
-    }
-
-    /// Whether a value is the number 1.
-    pub(crate) fn is_one(&self, value: Value) -> bool {
-        matches!(self.op(value), Op::Constant(bits) if *bits == Bits::new(1.0))
-    }
-
-    fn op(&self, value: Value) -> &Op {
-        &self.ops[value.0 as usize]
-    }
-
-    /// All values, in order.
-    fn values(&self) -> impl Iterator<Item = Value> + use<> {
-        let count = u32::try_from(self.ops.len()).unwrap_or(u32::MAX);
-        (0..count).map(Value)
-    }
-
-    fn push(&mut self, op: Op) -> Value {
-        if let Some(&value) = self.known.get(&op) {
-            return value;
-        }
-        let mut stage = match &op {
-            Op::Leaf(leaf) => (self.stage_of)(*leaf),
-            _ => 0,
-        };
-        op.for_parts(|part| stage = stage.max(self.stage(part)));
-        let value = Value(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
-        self.ops.push(op.clone());
-        self.stages.push(stage);
-        self.known.insert(op, value);
-        value
-    }
-
-    fn node_stage(&mut self, id: NodeId) -> usize {
-        let (graph, stage_of) = (self.graph, self.stage_of);
-        let stage = || graph.leaves(id).map(stage_of).max().unwrap_or(0);
-        *self.set_stages.entry(graph.leaf_set(id)).or_insert_with(stage)
-    }
-
+impl Program<'_> {
     /// The terms of a sum, or a product as the only term, split into early and late factors.
-    fn terms(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Term> {
+    pub(super) fn terms(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Term> {
         let (graph, nothing) = (self.graph, Rc::default());
         terms
             .iter()
@@ -393,7 +184,7 @@ impl<'g> Program<'g> {
         sums
     }
 
-    fn lower_sum(&mut self, id: NodeId, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
+    pub(super) fn lower_sum(&mut self, id: NodeId, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
         let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
         let others = self.terms_outside_running(id, terms);
         let running = self.running.get(&id).cloned().unwrap_or_default();
@@ -418,7 +209,7 @@ impl<'g> Program<'g> {
     }
 
     /// A sum, if there is one already, plus one term.
-    fn add(&mut self, sum: Option<Value>, negative: bool, magnitude: Value) -> Value {
+    pub(super) fn add(&mut self, sum: Option<Value>, negative: bool, magnitude: Value) -> Value {
         self.push(match (sum, negative) {
             (None, false) => return magnitude,
             (None, true) => Op::Neg(magnitude),
@@ -456,11 +247,11 @@ impl<'g> Program<'g> {
     }
 
     /// The value of a term, without its sign.
-    fn lower_term(&mut self, term: &Term) -> Value {
+    pub(super) fn lower_term(&mut self, term: &Term) -> Value {
         self.lower_shared(term.product(true))
     }
 
-    fn lower_product(&mut self, id: NodeId) -> Value {
+    pub(super) fn lower_product(&mut self, id: NodeId) -> Value {
         match self.terms(&[(id, Bits::new(1.0))]).pop() {
             Some(term) => self.lower_term(&term),
             None => self.push(Op::Constant(Bits::new(1.0))),
@@ -468,7 +259,7 @@ impl<'g> Program<'g> {
     }
 
     /// The early part of a term, as a term.
-    fn early_term(&mut self, (coefficient, factors): &EarlyFactor) -> Term {
+    pub(super) fn early_term(&mut self, (coefficient, factors): &EarlyFactor) -> Term {
         let stage = factors
             .iter()
             .map(|&(factor, _)| self.node_stage(factor))
@@ -485,7 +276,7 @@ impl<'g> Program<'g> {
         }
     }
 
-    fn lower_early(&mut self, early: &EarlyFactor) -> Value {
+    pub(super) fn lower_early(&mut self, early: &EarlyFactor) -> Value {
         if early.1.is_empty() {
             return self.push(Op::Constant(early.0));
         }
@@ -593,58 +384,5 @@ impl<'g> Program<'g> {
                 }
             }
         }
-    }
-
-    /// The values that depend on the parameters alone and that the computation of `outputs` uses directly.
-    /// Numbers are not among them.
-    pub(crate) fn fixed_frontier(&self, outputs: &[Value]) -> BTreeSet<Value> {
-        // operands come before the operations that use them
-        let mut fixed: Vec<bool> = Vec::with_capacity(self.ops.len());
-        for op in &self.ops {
-            let mut is_fixed = !matches!(op, Op::Leaf(_));
-            op.for_parts(|part| is_fixed &= fixed[part.index()]);
-            fixed.push(is_fixed);
-        }
-        let mut frontier = BTreeSet::new();
-        let mut seen = vec![false; self.ops.len()];
-        let mut open: Vec<Value> = outputs.to_vec();
-        while let Some(value) = open.pop() {
-            if std::mem::replace(&mut seen[value.index()], true) || matches!(self.op(value), Op::Constant(_))
-            {
-                continue;
-            }
-            if fixed[value.index()] {
-                frontier.insert(value);
-            } else {
-                self.op(value).for_parts(|part| open.push(part));
-            }
-        }
-        frontier
-    }
-
-    /// The values of stage `stage` or earlier that the computation of `outputs` uses directly: they are
-    /// outputs, or operands of later operations. Numbers are not among them. Values in `given` need not be
-    /// computed.
-    pub(crate) fn frontier(
-        &self,
-        outputs: &[Value],
-        stage: usize,
-        given: &BTreeSet<Value>,
-    ) -> BTreeSet<Value> {
-        let mut frontier = BTreeSet::new();
-        let mut seen = vec![false; self.ops.len()];
-        let mut open: Vec<Value> = outputs.to_vec();
-        while let Some(value) = open.pop() {
-            if std::mem::replace(&mut seen[value.index()], true) || matches!(self.op(value), Op::Constant(_))
-            {
-                continue;
-            }
-            if self.stage(value) <= stage {
-                frontier.insert(value);
-            } else if !given.contains(&value) {
-                self.op(value).for_parts(|part| open.push(part));
-            }
-        }
-        frontier
     }
 }
