@@ -1,12 +1,11 @@
 //! The item under the attribute: its name, and its fields as parameters.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
-use quote::{ToTokens, quote_spanned};
+use quote::{ToTokens, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Type};
 
 use crate::errors::{Errors, Reported};
-use crate::model::ParameterField;
 use crate::syntax::{bare, doc};
 
 /// The fields of the struct.
@@ -318,4 +317,33 @@ pub(crate) fn not_a_struct(item: &Item, errors: &Errors) -> Reported {
 /// Whether a type, as written, is a table of samples.
 pub(crate) fn is_of_samples(ty: &str) -> bool {
     ty.rsplit("::").next().map(str::trim) == Some("Samples")
+}
+
+/// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array or matrix
+/// of them.
+#[derive(Clone, Debug)]
+pub(crate) struct ParameterField {
+    /// Its name: `mass`, `masses_2`, `inertia_0_1`.
+    pub(crate) name: String,
+    /// The field.
+    pub(crate) ident: Ident,
+    /// The indices of the element in the field: one for an array, two for a matrix, none for a number.
+    pub(crate) element: Vec<usize>,
+    /// Its documentation in one line.
+    pub(crate) doc: String,
+}
+
+impl ParameterField {
+    /// The place in the struct: `mass`, `masses[2]`, `inertia[0][1]`.
+    pub(crate) fn place(&self) -> TokenStream {
+        let ident = &self.ident;
+        let element = self.element.iter().map(|&place| Literal::usize_unsuffixed(place));
+        quote!(#ident #([#element])*)
+    }
+
+    /// The expression that reads it: `self.mass`, `self.masses[2]`.
+    pub(crate) fn read(&self) -> TokenStream {
+        let place = self.place();
+        quote!(self.#place)
+    }
 }

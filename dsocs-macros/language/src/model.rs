@@ -3,12 +3,11 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use proc_macro2::{Ident, Literal, TokenStream, TokenTree};
-use quote::quote;
+use proc_macro2::{Ident, TokenStream, TokenTree};
 use syn::{ItemStruct, Path};
 
 use crate::graph::{Graph, Leaf, NodeId, Param};
-use crate::input::is_of_samples;
+use crate::input::{ParameterField, is_of_samples};
 use crate::mistake::Mistake;
 
 /// A declaration that has passed every check, with its expressions in one graph.
@@ -248,35 +247,6 @@ impl fmt::Debug for Model {
 pub(crate) fn unraw(name: &Ident) -> String {
     let name = name.to_string();
     name.strip_prefix("r#").unwrap_or(&name).to_owned()
-}
-
-/// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array or matrix
-/// of them.
-#[derive(Clone, Debug)]
-pub(crate) struct ParameterField {
-    /// Its name: `mass`, `masses_2`, `inertia_0_1`.
-    pub(crate) name: String,
-    /// The field.
-    pub(crate) ident: Ident,
-    /// The indices of the element in the field: one for an array, two for a matrix, none for a number.
-    pub(crate) element: Vec<usize>,
-    /// Its documentation in one line.
-    pub(crate) doc: String,
-}
-
-impl ParameterField {
-    /// The place in the struct: `mass`, `masses[2]`, `inertia[0][1]`.
-    pub(crate) fn place(&self) -> TokenStream {
-        let ident = &self.ident;
-        let element = self.element.iter().map(|&place| Literal::usize_unsuffixed(place));
-        quote!(#ident #([#element])*)
-    }
-
-    /// The expression that reads it: `self.mass`, `self.masses[2]`.
-    pub(crate) fn read(&self) -> TokenStream {
-        let place = self.place();
-        quote!(self.#place)
-    }
 }
 
 /// The kind of a constraint: on how many nodes it is imposed.

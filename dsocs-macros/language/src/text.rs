@@ -37,9 +37,6 @@ use crate::mistake::Mistake;
 use crate::model::Model;
 use crate::{layout, lower, parse};
 
-pub(crate) use repair::foreign_statement_hint;
-pub(crate) use values::RUN;
-
 pub use parameters::{Curve, Table};
 pub use values::Run;
 

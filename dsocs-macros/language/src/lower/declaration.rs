@@ -3,19 +3,23 @@
 use proc_macro2::Ident;
 use syn::ItemStruct;
 
-use super::lowering::{Lowering, Maps};
-use super::statements::Observed;
-use super::{differentiated, multiples, reduction, rotations, unused};
 use crate::ast::{
     Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Scalar, Statement,
 };
 use crate::check;
 use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
-use crate::input::Fields;
+use crate::input::{Fields, ParameterField};
+use crate::lower::lowering::{Lowering, Maps};
+use crate::lower::names::unused;
+use crate::lower::names::{Binding, Scope};
+use crate::lower::statements::Observed;
+use crate::lower::statements::differentiated;
+use crate::lower::statements::multiples;
+use crate::lower::statements::reduction;
+use crate::lower::values::rotations;
 use crate::mechanics;
-use crate::model::{Docs, Kind, Model, ParameterField, Row};
-use crate::names::{Binding, Scope};
+use crate::model::{Docs, Kind, Model, Row};
 use crate::syntax::first_paragraph;
 
 /// The model of a declaration whose syntax has been checked, with the result `checked`.

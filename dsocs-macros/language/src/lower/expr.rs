@@ -4,20 +4,20 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Block, Expr, ExprField, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
-use super::closed::{free, is_circle_constant};
-use super::lowering::{Lowered, Lowering};
-use super::unknown_names::{is_zero, not_a_number};
-use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::Leaf;
 use crate::input::Field;
-use crate::names::Binding;
+use crate::lower::functions::closed::{free, is_circle_constant};
+use crate::lower::lowering::{Lowered, Lowering};
+use crate::lower::names::Binding;
+use crate::lower::names::unknown_names::{is_zero, not_a_number};
+use crate::lower::values::{Value, Valued};
 use crate::nearest::nearest;
 use crate::parse::plain_let;
 use crate::syntax::{bare, plain_name};
 
 /// The error for a sign before a rotation.
-pub(super) const SIGN_OF_ROTATION: &str = "a rotation has no sign; expected that of a vector that it turns, `-(r * c)`, or its inverse, `r.inverse()`, which turns back";
+pub(crate) const SIGN_OF_ROTATION: &str = "a rotation has no sign; expected that of a vector that it turns, `-(r * c)`, or its inverse, `r.inverse()`, which turns back";
 
 /// The operand of a negation; `None` for other expressions.
 fn negated(expr: &Expr) -> Option<&Expr> {
@@ -35,7 +35,7 @@ impl Lowering<'_> {
     }
 
     /// The value of an expression: a number, a vector, a matrix or a rotation.
-    pub(super) fn value(&mut self, expr: &Expr) -> Valued {
+    pub(crate) fn value(&mut self, expr: &Expr) -> Valued {
         let value = self.value_unchecked(expr)?;
         let mut numbers = value.numbers().into_iter();
         match numbers.find_map(|number| self.graph.not_finite(number)) {
@@ -108,7 +108,7 @@ impl Lowering<'_> {
     }
 
     /// An expression of the parameters alone, as a node.
-    pub(super) fn param(&mut self, expr: &Expr) -> Lowered {
+    pub(crate) fn param(&mut self, expr: &Expr) -> Lowered {
         let tokens = self.closed(expr)?;
         Ok(self.graph.param(tokens))
     }
@@ -292,7 +292,7 @@ impl Lowering<'_> {
         Ok(self.graph.leaf(Leaf::T))
     }
 
-    pub(super) fn unknown_name(&self, name: &Ident) -> Reported {
+    pub(crate) fn unknown_name(&self, name: &Ident) -> Reported {
         self.errors.at(name, format!("no name `{name}` is known here"))
     }
 
@@ -336,7 +336,7 @@ impl Lowering<'_> {
     }
 
     /// A block: its `let`s, then `tail` of its last expression.
-    pub(super) fn block<T>(
+    pub(crate) fn block<T>(
         &mut self,
         block: &Block,
         tail: impl FnOnce(&mut Self, &Expr) -> Result<T, Reported>,
@@ -411,14 +411,14 @@ impl Lowering<'_> {
     }
 
     /// Whether an expression is the name of a node, or of a `let` in a map.
-    pub(super) fn is_of_map(&self, expr: &Expr) -> bool {
+    pub(crate) fn is_of_map(&self, expr: &Expr) -> bool {
         plain_name(bare(expr))
             .and_then(|name| self.scope.get(name))
             .is_some_and(|binding| matches!(binding, Binding::Node(_) | Binding::OfMap(_)))
     }
 
     /// One component of a vector in a map.
-    pub(super) fn component_of(&mut self, vector: &Expr, component: usize) -> Lowered {
+    pub(crate) fn component_of(&mut self, vector: &Expr, component: usize) -> Lowered {
         let outer = self.component.replace(component);
         let value = self.expr(vector);
         self.component = outer;
@@ -426,7 +426,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a coordinate in a map.
-    pub(super) fn motion_in_map(&self, tokens: impl ToTokens, coordinate: impl ToTokens) -> Reported {
+    pub(crate) fn motion_in_map(&self, tokens: impl ToTokens, coordinate: impl ToTokens) -> Reported {
         let coordinate = coordinate.to_token_stream().to_string().replace(' ', "");
         self.errors.at(
             tokens,

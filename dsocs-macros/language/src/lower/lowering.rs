@@ -8,8 +8,8 @@ use crate::ast::{Declaration, Group};
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::Fields;
+use crate::lower::names::{Binding, Scope};
 use crate::model::{PairPoint, TriplePoint};
-use crate::names::{Binding, Scope};
 use crate::syntax::bare;
 
 /// A node, unless a mistake was reported.
@@ -17,53 +17,53 @@ pub(crate) type Lowered = Result<NodeId, Reported>;
 
 /// A derivative in an expression, with its order.
 #[derive(Clone, Debug)]
-pub(super) struct DerivativeTokens {
-    pub(super) tokens: TokenStream,
-    pub(super) order: usize,
+pub(crate) struct DerivativeTokens {
+    pub(crate) tokens: TokenStream,
+    pub(crate) order: usize,
 }
 
 /// The state of the lowering.
 pub(crate) struct Lowering<'d> {
     pub(crate) graph: Graph,
-    pub(super) fields: &'d Fields,
+    pub(crate) fields: &'d Fields,
     /// The groups of coordinates as declared.
-    pub(super) groups: &'d [Group],
+    pub(crate) groups: &'d [Group],
     /// All coordinates, those of arrays one by one.
-    pub(super) coordinates: &'d [Ident],
-    pub(super) errors: &'d Errors,
-    pub(super) scope: Scope,
+    pub(crate) coordinates: &'d [Ident],
+    pub(crate) errors: &'d Errors,
+    pub(crate) scope: Scope,
     /// In a map, the component of the vector being lowered.
-    pub(super) component: Option<usize>,
+    pub(crate) component: Option<usize>,
     /// In a discrete expression, its nodes.
-    pub(super) discrete: Option<Nodes>,
+    pub(crate) discrete: Option<Nodes>,
     /// The names of all `let`s, to tell an unknown name from one that is used before its definition.
-    pub(super) let_names: Vec<String>,
+    pub(crate) let_names: Vec<String>,
     /// The names of those `let`s that are functions.
-    pub(super) functions: Vec<String>,
+    pub(crate) functions: Vec<String>,
     /// The number of terms of sums and calls of functions expanded so far.
-    pub(super) expanded: usize,
+    pub(crate) expanded: usize,
     /// The number of rows of each kind of constraint, where a vector counts as several; `None` where it is
     /// not known.
-    pub(super) rows: [Option<usize>; 3],
+    pub(crate) rows: [Option<usize>; 3],
     /// The arguments of `dot(…)` so far.
-    pub(super) differentiated: Vec<NodeId>,
+    pub(crate) differentiated: Vec<NodeId>,
     /// The derivatives in the expression being lowered, inner ones first.
-    pub(super) derivatives: Vec<DerivativeTokens>,
+    pub(crate) derivatives: Vec<DerivativeTokens>,
 }
 
 /// The maps of pairs and of triples.
-pub(super) type Maps = (
+pub(crate) type Maps = (
     Result<Vec<PairPoint>, Reported>,
     Result<Option<TriplePoint>, Reported>,
 );
 
 /// The nodes of a discrete expression.
 #[derive(Clone, Debug)]
-pub(super) struct Nodes {
+pub(crate) struct Nodes {
     /// The number of nodes.
-    pub(super) count: usize,
+    pub(crate) count: usize,
     /// The maps to the continuous system.
-    pub(super) maps: Maps,
+    pub(crate) maps: Maps,
 }
 
 impl<'d> Lowering<'d> {
@@ -130,14 +130,14 @@ impl<'d> Lowering<'d> {
 
 impl Lowering<'_> {
     /// The value of an expression whose order must be below a limit; `message` is the error.
-    pub(super) fn expr_of_order_below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
+    pub(crate) fn expr_of_order_below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
         self.derivatives.clear();
         let value = self.expr(expr)?;
         self.check_order_below(limit, value, expr, message)
     }
 
     /// As [`Lowering::expr_of_order_below`], for a value that is known: a number, or a component of a vector.
-    pub(super) fn check_order_below(
+    pub(crate) fn check_order_below(
         &mut self,
         limit: usize,
         value: NodeId,
@@ -162,7 +162,7 @@ impl Lowering<'_> {
     }
 
     /// Refuses a jerk, which only kinematic constraints may contain.
-    pub(super) fn without_jerk(&self, value: NodeId, tokens: impl ToTokens, expected: &str) -> Lowered {
+    pub(crate) fn without_jerk(&self, value: NodeId, tokens: impl ToTokens, expected: &str) -> Lowered {
         if self.graph.order(value) != Some(3) {
             return Ok(value);
         }
@@ -179,7 +179,7 @@ impl Lowering<'_> {
 }
 
 /// A message about an acceleration, changed to one about a jerk if the order is 3.
-pub(super) fn with_jerk_named(message: &str, order: usize) -> String {
+pub(crate) fn with_jerk_named(message: &str, order: usize) -> String {
     if order < 3 {
         return message.to_owned();
     }

@@ -1,28 +1,34 @@
 //! Tokens → [`Declaration`]: reads each statement by itself, so that a mistake in one does not hide the others.
 
-use proc_macro2::{Ident, TokenStream, TokenTree};
+use proc_macro2::{Ident, TokenStream};
 use quote::ToTokens;
 use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, ExprCall, Item, Stmt, Token};
 
-use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Scalar, Side, Statement};
+use crate::ast::{Branch, Constraints, Declaration, Directions, Map, Observe, Scalar, Side, Statement};
 use crate::errors::{Errors, Reported};
-use crate::nearest::nearest;
 use crate::shared::{self, StatementTokens};
 use crate::syntax::plain_name;
-use crate::text::{RUN, foreign_statement_hint};
 
 mod begin;
 mod coordinates;
+mod depth;
 mod each;
+mod foreign_statements;
 mod lets;
 mod operator;
 mod values;
+mod wrong;
 
 use self::lets::read_let;
 use self::values::{read_factor, read_fields, read_map, read_names, read_path, read_rows};
+use self::wrong::{
+    expected_statement, mark_malformed, report_definition, report_no_statement, report_unknown, set_malformed,
+};
 
+pub(crate) use self::depth::{DEEPEST, LONGEST, too_deep};
 pub(crate) use self::each::entries;
+pub(crate) use self::foreign_statements::foreign_statement_hint;
 pub(crate) use self::lets::plain_let;
 
 /// The first words of statements, apart from `let`.
@@ -123,66 +129,6 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
     }
 }
 
-/// The deepest nesting of an expression. Parsing and lowering recurse as deep, and the compiler's stack has
-/// to hold.
-pub(crate) const DEEPEST: usize = 100;
-
-/// The most tokens between two commas or semicolons, a bracket counting as one: a sum is nested as deep as it
-/// has terms.
-pub(crate) const LONGEST: usize = 8000;
-
-/// The first token beyond a depth of brackets, prefixes like `-`, method calls, closures, assignments and
-/// alternatives, or beyond [`LONGEST`].
-pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
-    // the tokens since the last separator, and those of them that add to the depth
-    let (mut count, mut prefixes, mut methods, mut inner) = (0, 0, 0, 0);
-    let mut before = '\0';
-    for tree in tokens.clone() {
-        count += 1;
-        let mut punctuation = '\0';
-        match &tree {
-            TokenTree::Group(group) => {
-                prefixes = 0;
-                match left.checked_sub(1) {
-                    Some(left) => {
-                        if let Some(deep) = too_deep(&group.stream(), left) {
-                            return Some(deep);
-                        }
-                    }
-                    None => return Some(tree),
-                }
-            }
-            TokenTree::Punct(punct) => {
-                punctuation = punct.as_char();
-                prefixes += 1;
-                match punctuation {
-                    ',' | ';' => (count, methods, inner) = (0, 0, 0),
-                    '.' if before != '.' => methods += 1,
-                    // a closure has two of these
-                    '|' => inner += 1,
-                    '=' if !matches!(before, '=' | '<' | '>' | '!') => inner += 1,
-                    _ => methods = 0,
-                }
-            }
-            TokenTree::Ident(word) => {
-                prefixes = 0;
-                if ["else", "return", "break", "move"]
-                    .iter()
-                    .any(|keyword| word == keyword)
-                {
-                    inner += 1;
-                }
-            }
-            TokenTree::Literal(_) => prefixes = 0,
-        }
-        before = punctuation;
-        if count > LONGEST || prefixes.max(methods).max(inner / 2) > left {
-            return Some(tree);
-        }
-    }
-    None
-}
-
 /// A statement, as far as its syntax tells the kind.
 enum StatementSyntax {
     /// `coordinates(…);`, which is no Rust statement because of its arrays.
@@ -207,63 +153,6 @@ fn statement(input: ParseStream) -> syn::Result<(Vec<Attribute>, StatementSyntax
         StatementSyntax::Rust(Block::parse_within(input)?)
     };
     Ok((attributes, statement))
-}
-
-/// Marks every statement that seems to begin in these tokens as malformed, so that it is not reported as missing.
-fn mark_malformed(declaration: &mut Declaration, tokens: TokenStream, reported: Reported) {
-    let mut last: Option<Ident> = None;
-    if let Some(TokenTree::Ident(first)) = begin::words(&tokens).next() {
-        set_malformed(declaration, &first.to_string(), reported);
-    }
-    for tree in tokens {
-        match tree {
-            TokenTree::Ident(ident) => {
-                if last.as_ref().is_some_and(|last| last == "let") {
-                    declaration.lets.push(Let {
-                        name: ident.clone(),
-                        value: Err(reported),
-                        doc: String::new(),
-                        shared: false,
-                    });
-                }
-                last = Some(ident);
-            }
-            TokenTree::Punct(punct) if punct.as_char() != '=' => last = None,
-            _ => {
-                if let Some(keyword) = last.take() {
-                    set_malformed(declaration, &keyword.to_string(), reported);
-                }
-            }
-        }
-    }
-}
-
-/// Marks the named statement as malformed, unless it was read before.
-fn set_malformed(declaration: &mut Declaration, keyword: &str, reported: Reported) {
-    fn set<T>(statement: &mut Statement<T>, reported: Reported) {
-        if statement.is_absent() {
-            *statement = Statement::Malformed(reported);
-        }
-    }
-    match keyword {
-        "crate" => set(&mut declaration.core, reported),
-        "coordinates" => set(&mut declaration.coordinates, reported),
-        "lagrangian" => set(&mut declaration.lagrangian, reported),
-        "holonomic" => set(&mut declaration.holonomic, reported),
-        "nonholonomic" => set(&mut declaration.nonholonomic, reported),
-        "kinematic" => set(&mut declaration.kinematic, reported),
-        "external_forces" => set(&mut declaration.external_forces, reported),
-        "discrete_lagrangian" => set(&mut declaration.discrete_lagrangian, reported),
-        "discrete_kinematic" => set(&mut declaration.discrete_kinematic, reported),
-        "variational" | "constraint_forces" => set(&mut declaration.directions, reported),
-        "phi_lagrangian" => set(&mut declaration.phi_lagrangian, reported),
-        "phi_kinematic" => set(&mut declaration.phi_kinematic, reported),
-        "phi_variational" => set(&mut declaration.phi_variational, reported),
-        "branch" => set(&mut declaration.branch, reported),
-        "observe" => set(&mut declaration.observe, reported),
-        "reduced" => set(&mut declaration.reduced, reported),
-        _ => {}
-    }
 }
 
 fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute], errors: &Errors) {
@@ -413,29 +302,6 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
     }
 }
 
-/// Reports an assignment to a name that is no statement.
-fn report_no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, errors: &Errors) {
-    let is_other = GIVEN_FORCES.contains(&name) || name == "forces" || nearest(name, STATEMENTS).is_some();
-    if errors.are_of_text() && RUN.contains(&name) {
-        let message = format!("`{name}` stands in a block of its own, `run {{ {name} = …; }}`");
-        errors.at(keyword, message);
-    } else if errors.are_of_text() && !is_other {
-        let message = format!(
-            "no statement is called `{name}`; `let {name} = …;` gives an expression a name, `parameters {{ {name} = … }}` a parameter its value"
-        );
-        let reported = errors.at(keyword, message);
-        // defined, so that its uses are not reported as well
-        declaration.lets.push(Let {
-            name: keyword.clone(),
-            value: Err(reported),
-            doc: String::new(),
-            shared: false,
-        });
-    } else {
-        report_unknown(declaration, keyword, name, errors);
-    }
-}
-
 fn fill<T>(statement: &mut Statement<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {
     if statement.is_absent() {
         *statement = value.map_or_else(Statement::Malformed, Statement::Given);
@@ -465,73 +331,4 @@ fn fill_directions(
         }
         _ => fill(statement, keyword, value, errors),
     }
-}
-
-/// Reports a definition in the form `f(x) = …`.
-fn report_definition(declaration: &mut Declaration, call: &ExprCall, errors: &Errors) {
-    let Some(name) = plain_name(&call.func) else {
-        return;
-    };
-    let text = name.to_string();
-    if STATEMENTS.contains(&text.as_str()) {
-        let reported = errors.at(call, format!("expected `{text} = …;`, without arguments"));
-        set_malformed(declaration, &text, reported);
-    } else if GIVEN_FORCES.contains(&text.as_str()) {
-        report_unknown(declaration, name, &text, errors);
-    } else {
-        errors.at(call, format!("a function is written `let {text} = |x| …;`"));
-    }
-}
-
-/// Names of external forces in other languages.
-const GIVEN_FORCES: [&str; 15] = [
-    "force",
-    "external",
-    "damping",
-    "dampers",
-    "friction",
-    "drag",
-    "dissipation",
-    "rayleigh",
-    "load",
-    "loads",
-    "torque",
-    "torques",
-    "actuation",
-    "generalized_forces",
-    "nonconservative_forces",
-];
-
-/// Reports a word with which no statement begins; the nearest statement is taken to be meant.
-fn report_unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
-    if word == "forces" {
-        let message = "`forces` is called `constraint_forces`: the directions in which the forces of the constraints act; \
-                       a force that is given, such as friction, is written `external_forces = (…);`";
-        set_malformed(declaration, "constraint_forces", errors.at(keyword, message));
-        return;
-    }
-    if GIVEN_FORCES.contains(&word) {
-        let message = format!(
-            "no statement is called `{word}`; forces that are given, such as friction and drives, are written \
-             `external_forces = (f1, f2);`, with a component for each coordinate"
-        );
-        set_malformed(declaration, "external_forces", errors.at(keyword, message));
-        return;
-    }
-    if let Some(near) = nearest(&word.to_lowercase(), STATEMENTS) {
-        let message = format!("no statement is called `{word}`; did you mean `{near}`?");
-        set_malformed(declaration, near, errors.at(keyword, message));
-    } else {
-        let hint = foreign_statement_hint(word).filter(|_| errors.are_of_text());
-        let hint = hint.map_or_else(expected_statement, ToOwned::to_owned);
-        errors.at(keyword, format!("no statement begins with `{word}`: {hint}"));
-    }
-}
-
-fn expected_statement() -> String {
-    let list: Vec<_> = STATEMENTS
-        .iter()
-        .map(|statement| format!("`{statement}`"))
-        .collect();
-    format!("expected a statement: `let`, {}", list.join(", "))
 }

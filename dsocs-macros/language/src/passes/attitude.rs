@@ -7,13 +7,14 @@
 
 use std::rc::Rc;
 
-use crate::graph::algebra::horner::{self, Horner, Polynomial};
+use crate::graph::algebra::Expansion;
+use crate::graph::algebra::polynomial::{self, Polynomial};
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass};
 
 /// The pass that rewrites expressions of attitudes alone.
 #[derive(Default)]
 pub(super) struct Attitudes {
-    horner: Horner,
+    expansion: Expansion,
     memory: Memory,
 }
 
@@ -50,7 +51,7 @@ impl Pass for Attitudes {
 impl Attitudes {
     /// The expression as a sum of products; `None` if they are too many.
     fn multiplied_out(&mut self, graph: &mut Graph, id: NodeId) -> Option<NodeId> {
-        let mut known = self.horner.polynomial(graph, id)?;
+        let mut known = self.expansion.polynomial(graph, id)?;
         for first in graph.rotations().to_vec() {
             known = of_norm_one(graph, known, first)?;
         }
@@ -96,15 +97,15 @@ fn of_norm_one(graph: &mut Graph, known: Rc<Polynomial>, first: usize) -> Option
                 .iter()
                 .position(|&(factor, exponent)| factor == scalar && exponent > 1);
             let Some(place) = place else {
-                horner::add(graph, &mut sum, monomial, coefficient);
+                polynomial::add(graph, &mut sum, monomial, coefficient);
                 continue;
             };
             let mut rest = monomial.clone();
             rest[place].1 -= 2;
             rest.retain(|&(_, exponent)| exponent != 0);
-            let rest = horner::single(rest, coefficient);
-            for (monomial, coefficient) in horner::multiply(graph, &rest, &square)? {
-                horner::add(graph, &mut sum, &monomial, coefficient);
+            let rest = polynomial::single(rest, coefficient);
+            for (monomial, coefficient) in polynomial::multiply(graph, &rest, &square)? {
+                polynomial::add(graph, &mut sum, &monomial, coefficient);
             }
         }
         known = Rc::new(sum);

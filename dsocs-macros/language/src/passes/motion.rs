@@ -5,7 +5,7 @@ use super::collapse::{Collapse, Variables};
 use super::eliminate::Elimination;
 use super::quotient::{self, Leaves};
 use super::{Cost, MOST_SOLVED};
-use crate::graph::algebra::{Horner, Simplify};
+use crate::graph::algebra::{Expansion, Simplify};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::{HashMap, HashSet};
 use crate::mechanics::Equation;
@@ -149,8 +149,8 @@ pub(super) fn affine(graph: &mut Graph, system: &Elimination) -> bool {
 
 /// The rows multiplied out and gathered, if that costs less; else unchanged.
 pub(super) fn gathered(graph: &mut Graph, rows: &[NodeId], cost: Cost) -> Vec<NodeId> {
-    let mut horner = Horner::default();
-    let rewritten: Option<Vec<NodeId>> = rows.iter().map(|&row| horner.rewrite(graph, row)).collect();
+    let mut expansion = Expansion::default();
+    let rewritten: Option<Vec<NodeId>> = rows.iter().map(|&row| expansion.gathered(graph, row)).collect();
     match rewritten {
         Some(rewritten) if cost(graph, &rewritten) < cost(graph, rows) => rewritten,
         _ => rows.to_vec(),

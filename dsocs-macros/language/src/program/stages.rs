@@ -120,11 +120,11 @@ impl<'g> Stages<'g> {
             .into_iter()
             .partition(|&value| program.stage(value) == STEP);
         let once: Vec<Value> = known.iter().copied().collect();
-        constants.extend(program.frontier(&once, |value| program.stage(value) <= RUN, &nothing));
+        constants.extend(program.frontier(&once, |value| program.stage(value) == RUN, &nothing));
         // other values of the node are computed when it is reported, from the leg
         constants.extend(program.frontier(
             &[point.clone(), force.clone(), forms.clone()].concat(),
-            |value| program.stage(value) <= RUN,
+            |value| program.stage(value) == RUN,
             &known,
         ));
         Self {

@@ -11,8 +11,10 @@ use crate::ast::{Declaration, Entry};
 use crate::errors::{Errors, Reported};
 use crate::graph::{NodeId, Param};
 use crate::input::Fields;
+use crate::input::ParameterField;
 use crate::lower::{Lowering, circle_constant};
-use crate::model::{Model, ParameterField};
+use crate::model::Model;
+use crate::names::SETTINGS_OF_RUN;
 use crate::nearest::did_you_mean;
 use crate::parse::entries;
 use crate::syntax::bare;
@@ -36,16 +38,6 @@ pub struct Run {
     /// Whether the start is projected onto the constraints on positions and velocities.
     pub project: bool,
 }
-
-/// The names of the settings of a run.
-pub(crate) const RUN: [&str; 6] = [
-    "start",
-    "acceleration",
-    "near_acceleration",
-    "project",
-    "step",
-    "until",
-];
 
 /// Names of the settings in other languages, and what to write instead.
 const ELSEWHERE: [(&str, &str); 18] = [
@@ -405,11 +397,11 @@ fn apply_setting(
             let meant = ELSEWHERE.iter().find(|(word, _)| *word == text);
             let hint = match meant {
                 Some((_, meant)) => format!("; expected {meant}"),
-                None => did_you_mean(text, RUN),
+                None => did_you_mean(text, SETTINGS_OF_RUN),
             };
             let message = format!(
                 "a run has no `{text}`{hint}; it has {}",
-                RUN.map(|key| format!("`{key}`")).join(", ")
+                SETTINGS_OF_RUN.map(|key| format!("`{key}`")).join(", ")
             );
             return Err(errors.at(key, message));
         }

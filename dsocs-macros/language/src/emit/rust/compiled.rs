@@ -9,6 +9,7 @@ use super::straight_line::matrix;
 use crate::emit::facts::Facts;
 use crate::graph::Leaf;
 use crate::hash::HashMap;
+use crate::input::ParameterField;
 use crate::model::Model;
 use crate::passes::sparse::Order;
 use crate::program::Value;
@@ -178,7 +179,7 @@ fn past(model: &Model) -> Option<TokenStream> {
 
 /// `parameters`, `constants` and `known`: values known before the iteration.
 fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
-    let read = model.parameters.iter().map(crate::model::ParameterField::read);
+    let read = model.parameters.iter().map(ParameterField::read);
     let nothing = HashMap::default();
     let (constants_code, constants) = stages.program.code(&stages.constants, &nothing, "n", &argument);
     let energy = &stages.energy;

@@ -15,7 +15,8 @@ use quote::quote;
 use super::assemble::{Assembled, assembled};
 use super::facts::Facts;
 use super::tape;
-use crate::model::{Model, ParameterField, Warning, unraw};
+use crate::input::ParameterField;
+use crate::model::{Model, Warning, unraw};
 use crate::passes;
 
 use functions::Functions;

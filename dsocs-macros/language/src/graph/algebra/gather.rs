@@ -2,24 +2,20 @@
 //!
 //! The momentum of link `i` of a chain is `Σ_j m_ij (cᵢ cⱼ vⱼ + sᵢ sⱼ vⱼ)`. With the factors of link `i`
 //! taken out it is `cᵢ Σ_j m_ij cⱼ vⱼ + sᵢ Σ_j m_ij sⱼ vⱼ`. The products `cⱼ vⱼ` and their changes then serve
-//! every row, and where the `m_ij` share factors, the sums are running sums ([`crate::emit::program`]). So
+//! every row, and where the `m_ij` share factors, the sums are running sums ([`crate::program`]). So
 //! the rows have as many products as links, not as pairs of links. An entry of the Jacobian keeps a product
 //! of a factor of its row and a factor of its column, or two: with angles `m_ij (aᵢ bⱼ + cᵢ dⱼ)`.
 //!
 //! A sum that depends on one coordinate is never multiplied out, nor is one that is affine in coordinates:
 //! multiplied out, a difference of positions would lose digits.
 
-use std::rc::Rc;
-
-use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply, single};
+use super::horner::{Ties, gather};
+use super::polynomial::{Expansion, MOST_TERMS, Monomial};
 use super::{group, simplify};
 use crate::graph::{Graph, Leaf, Node, NodeId};
-use crate::hash::HashMap;
 
 /// The least number of coordinates for which anything is gathered.
 const FEWEST: usize = 4;
-/// The most terms of a slope that is multiplied out.
-const MOST_TERMS: usize = 20_000;
 /// The most terms of an entry of a Jacobian that is multiplied out.
 const MOST_IN_ENTRY: usize = 16;
 
@@ -29,7 +25,7 @@ pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>
     if slopes.len() < 2 * FEWEST {
         return None;
     }
-    let mut expansion = Expansion::new(MOST_TERMS);
+    let mut expansion = expansion(MOST_TERMS);
     let coordinates = slopes.len() / 2;
     let slope = |&slope: &NodeId| group::slope(graph, coordinates, slope);
     let grouped: Vec<NodeId> = slopes.iter().map(slope).collect();
@@ -55,11 +51,11 @@ pub(crate) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
     if jacobian.len() < FEWEST {
         return;
     }
-    let mut expansion = Expansion::new(MOST_IN_ENTRY);
+    let mut expansion = expansion(MOST_IN_ENTRY);
     let before = jacobian.concat();
     let after: Vec<NodeId> = before
         .iter()
-        .map(|&entry| expansion.entry(graph, entry))
+        .map(|&entry| gathered_entry(graph, &mut expansion, entry))
         .collect();
     if spares_operations(graph, &before, &after) {
         for (entry, gathered) in jacobian.iter_mut().flatten().zip(after) {
@@ -133,108 +129,47 @@ fn is_affine(graph: &Graph, sum: NodeId) -> bool {
     }
 }
 
-/// Expressions multiplied out, as polynomials in their moving factors.
-struct Expansion {
-    most: usize,
-    known: HashMap<NodeId, Option<Rc<Polynomial>>>,
+/// An expansion of sums of several coordinates that are not affine.
+fn expansion(most_terms: usize) -> Expansion {
+    Expansion::new(most_terms, 1, |graph, sum| {
+        // without its common fixed factor, the sum is the same node in every row
+        is_never_expanded(graph, sum).then(|| without_common(graph, sum))
+    })
 }
 
-impl Expansion {
-    fn new(most: usize) -> Self {
-        Self {
-            most,
-            known: HashMap::default(),
-        }
+/// An entry of a Jacobian, gathered.
+fn gathered_entry(graph: &mut Graph, expansion: &mut Expansion, entry: NodeId) -> NodeId {
+    match coordinates(graph, entry) {
+        0 | 1 => return entry,
+        2 => {}
+        _ => return without_brackets(graph, entry),
     }
-
-    /// An entry of a Jacobian, gathered.
-    fn entry(&mut self, graph: &mut Graph, entry: NodeId) -> NodeId {
-        match coordinates(graph, entry) {
-            0 | 1 => return entry,
-            2 => {}
-            _ => return without_brackets(graph, entry),
-        }
-        let Some(polynomial) = self.polynomial(graph, entry) else {
-            return entry;
-        };
-        let one = graph.constant(1.0);
-        let terms: Vec<_> = polynomial
-            .iter()
-            .map(|(monomial, &coefficient)| {
-                // fixed coefficients are factors like the others
-                let (c, rest) = graph.split(coefficient);
-                let mut factors: Monomial = if rest == one {
-                    Vec::new()
-                } else {
-                    graph.factors(rest)
-                };
-                factors.extend_from_slice(monomial);
-                (factors, graph.constant(c))
-            })
-            .collect();
-        gather(graph, terms, Ties::FewestCoordinates)
-    }
-
-    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Rc<Polynomial>> {
-        if let Some(known) = self.known.get(&id) {
-            return known.clone();
-        }
-        let result = self
-            .expand(graph, id)
-            .filter(|polynomial| polynomial.len() <= self.most)
-            .map(Rc::new);
-        self.known.insert(id, result.clone());
-        result
-    }
-
-    fn expand(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
-        let one = graph.constant(1.0);
-        if graph.is_fixed(id) {
-            return Some(Polynomial::from([(Vec::new(), id)]));
-        }
-        match &*graph.shared_node(id) {
-            Node::Sum(..) if is_never_expanded(graph, id) => {
-                // without its common fixed factor, the sum is the same node in every row
-                let (common, rest) = without_common(graph, id);
-                Some(Polynomial::from([(vec![(rest, 1)], common)]))
-            }
-            Node::Sum(constant, terms) => {
-                let mut sum = Polynomial::new();
-                if constant.get() != 0.0 {
-                    sum.insert(Vec::new(), graph.constant(constant.get()));
-                }
-                for &(term, c) in terms {
-                    for (monomial, &coefficient) in &*self.polynomial(graph, term)? {
-                        let coefficient = graph.scale(c.get(), coefficient);
-                        add(graph, &mut sum, monomial, coefficient);
-                    }
-                }
-                Some(sum)
-            }
-            Node::Product(factors) => {
-                let mut product = Polynomial::from([(Vec::new(), one)]);
-                for &(factor, exponent) in factors {
-                    let factor = if graph.is_fixed(factor) {
-                        single(Vec::new(), graph.powi(factor, exponent))
-                    } else if exponent == 1 {
-                        self.polynomial(graph, factor)?
-                    } else {
-                        single(vec![(factor, exponent)], one)
-                    };
-                    product = multiply(graph, &product, &factor)?;
-                }
-                Some(product)
-            }
-            _ => Some(Polynomial::from([(vec![(id, 1)], one)])),
-        }
-    }
+    let Some(polynomial) = expansion.polynomial(graph, entry) else {
+        return entry;
+    };
+    let one = graph.constant(1.0);
+    let terms: Vec<_> = polynomial
+        .iter()
+        .map(|(monomial, &coefficient)| {
+            // fixed coefficients are factors like the others
+            let (c, rest) = graph.split(coefficient);
+            let mut factors: Monomial = if rest == one {
+                Vec::new()
+            } else {
+                graph.factors(rest)
+            };
+            factors.extend_from_slice(monomial);
+            (factors, graph.constant(c))
+        })
+        .collect();
+    gather(graph, terms, Ties::FewestCoordinates)
 }
 
 /// The fixed factor that all terms of a sum share, and the sum divided by it.
-fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
+fn without_common(graph: &mut Graph, sum: NodeId) -> [NodeId; 2] {
     let (terms, constant) = graph.terms(sum);
     if constant != 0.0 {
-        return (graph.constant(1.0), sum);
+        return [graph.constant(1.0), sum];
     }
     let mut common = graph.common_factors(&terms);
     common.retain(|&(factor, _)| graph.is_fixed(factor));
@@ -247,7 +182,7 @@ fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
         .collect();
     let rest = graph.linear(0.0, &rest);
     let common = graph.product(&common);
-    (graph.scale(size, common), rest)
+    [graph.scale(size, common), rest]
 }
 
 /// A sum with inner sums multiplied out by their fixed factors, where terms cancel then; else the sum as it
@@ -344,7 +279,7 @@ mod tests {
         // (x - y) sin z: nothing is multiplied out
         let (stretch, sine) = (graph.sub(x, y), graph.unary(Unary::Sin, z));
         let product = graph.mul(stretch, sine);
-        let polynomial = Expansion::new(MOST_TERMS).polynomial(&mut graph, product);
+        let polynomial = expansion(MOST_TERMS).polynomial(&mut graph, product);
         let polynomial = polynomial.unwrap_or_default();
         let monomials: Vec<_> = polynomial.keys().collect();
         assert_eq!(monomials.len(), 1);

@@ -6,134 +6,17 @@
 //! series is what costs; a sum with constant coefficients is cheap. So rows are multiplied out, terms cancel,
 //! and shared factors are taken out, as in Horner's scheme.
 
-use std::collections::BTreeMap;
-use std::rc::Rc;
-
-use crate::graph::{Graph, Leaf, Node, NodeId, collect};
+use super::polynomial::{Expansion, Monomial};
+use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::HashMap;
-use crate::limits;
 
-/// The most terms of a row that is multiplied out.
-const MOST_TERMS: usize = 20_000;
-/// The highest power of a sum that is multiplied out.
-const HIGHEST_POWER: i32 = 4;
-
-/// Moving factors and their exponents.
-pub(crate) type Monomial = Vec<(NodeId, i32)>;
-/// Monomials and their constant coefficients.
-pub(crate) type Polynomial = BTreeMap<Monomial, NodeId>;
-
-/// Multiplies rows out and gathers them.
-#[derive(Default)]
-pub(crate) struct Horner {
-    known: HashMap<NodeId, Option<Rc<Polynomial>>>,
-}
-
-impl Horner {
+impl Expansion {
     /// The row with few products; `None` if it has too many terms.
-    pub(crate) fn rewrite(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
+    pub(crate) fn gathered(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
         let polynomial = self.polynomial(graph, row)?;
         let terms = polynomial.iter().map(|(monomial, &c)| (monomial.clone(), c));
         Some(gather(graph, terms.collect(), Ties::Last))
     }
-
-    /// An expression multiplied out; `None` if it has too many terms.
-    pub(crate) fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Rc<Polynomial>> {
-        if let Some(known) = self.known.get(&id) {
-            return known.clone();
-        }
-        let result = self
-            .expand(graph, id)
-            .filter(|polynomial| polynomial.len() <= MOST_TERMS)
-            .map(Rc::new);
-        self.known.insert(id, result.clone());
-        result
-    }
-
-    fn expand(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
-        if graph.is_fixed(id) {
-            return Some(BTreeMap::from([(Vec::new(), id)]));
-        }
-        let one = graph.constant(1.0);
-        match &*graph.shared_node(id) {
-            Node::Sum(constant, terms) => {
-                let mut sum = BTreeMap::new();
-                if constant.get() != 0.0 {
-                    sum.insert(Vec::new(), graph.constant(constant.get()));
-                }
-                for &(term, c) in terms {
-                    for (monomial, &coefficient) in &*self.polynomial(graph, term)? {
-                        let coefficient = graph.scale(c.get(), coefficient);
-                        add(graph, &mut sum, monomial, coefficient);
-                    }
-                }
-                Some(sum)
-            }
-            Node::Product(factors) => {
-                let mut product = Polynomial::from([(Vec::new(), one)]);
-                for &(factor, exponent) in factors {
-                    let sum = matches!(graph.node(factor), Node::Sum(..)) && !graph.is_fixed(factor);
-                    let (factor, times) = if sum && (0..=HIGHEST_POWER).contains(&exponent) {
-                        (self.polynomial(graph, factor)?, exponent)
-                    } else if graph.is_fixed(factor) {
-                        (single(Vec::new(), graph.powi(factor, exponent)), 1)
-                    } else {
-                        (single(vec![(factor, exponent)], one), 1)
-                    };
-                    for _ in 0..times {
-                        product = multiply(graph, &product, &factor)?;
-                    }
-                }
-                Some(product)
-            }
-            _ => Some(BTreeMap::from([(vec![(id, 1)], one)])),
-        }
-    }
-}
-
-/// A polynomial of one term.
-pub(crate) fn single(monomial: Monomial, coefficient: NodeId) -> Rc<Polynomial> {
-    Rc::new(Polynomial::from([(monomial, coefficient)]))
-}
-
-/// Adds a term to a polynomial.
-pub(crate) fn add(
-    graph: &mut Graph,
-    polynomial: &mut Polynomial,
-    monomial: &[(NodeId, i32)],
-    coefficient: NodeId,
-) {
-    let Some(present) = polynomial.get_mut(monomial) else {
-        if !graph.vanishes(coefficient) {
-            polynomial.insert(monomial.to_vec(), coefficient);
-        }
-        return;
-    };
-    let sum = graph.add(*present, coefficient);
-    *present = sum;
-    if graph.vanishes(sum) {
-        polynomial.remove(monomial);
-    }
-}
-
-pub(crate) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
-    if a.len() * b.len() > MOST_TERMS {
-        return None;
-    }
-    limits::spend(a.len() * b.len());
-    let mut product = BTreeMap::new();
-    let mut monomial = Monomial::new();
-    for (first, &c) in a {
-        for (second, &d) in b {
-            monomial.clear();
-            monomial.extend(first.iter().chain(second));
-            collect(&mut monomial, |exponent, more| *exponent += more);
-            monomial.retain(|&(_, exponent)| exponent != 0);
-            let coefficient = graph.mul(c, d);
-            add(graph, &mut product, &monomial, coefficient);
-        }
-    }
-    Some(product)
 }
 
 /// Which factor is taken out where several occur in equally many terms.
@@ -265,7 +148,7 @@ mod tests {
         let (first, second) = (graph.add(x, y), graph.add(x, z));
         let (product, square) = (graph.mul(first, second), graph.powi(x, 2));
         let row = graph.sub(product, square);
-        let rewritten = Horner::default().rewrite(&mut graph, row);
+        let rewritten = Expansion::default().gathered(&mut graph, row);
         let inner = graph.add(y, z);
         let (left, right) = (graph.mul(x, inner), graph.mul(y, z));
         let (left_sum, other) = (graph.add(left, right), graph.add(x, z));

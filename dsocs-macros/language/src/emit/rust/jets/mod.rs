@@ -1,6 +1,7 @@
 //! `impl Jets`: the recurrences of Taylor series as code, of order 0 and of any other order. The orders are a
 //! loop, so the code is as long as the declaration, whatever the order.
 
+mod switches;
 mod whole;
 mod write;
 

@@ -3,14 +3,14 @@
 use quote::quote;
 use syn::{BinOp, Expr, ExprIf, UnOp};
 
-use super::lowering::{Lowered, Lowering};
-use super::value::{Value, Valued};
 use crate::graph::{Comparison, NodeId};
+use crate::lower::lowering::{Lowered, Lowering};
+use crate::lower::values::{Value, Valued};
 use crate::syntax::bare;
 
 impl Lowering<'_> {
     /// `if condition { then } else { otherwise }`
-    pub(super) fn choice(&mut self, choice: &ExprIf) -> Valued {
+    pub(crate) fn choice(&mut self, choice: &ExprIf) -> Valued {
         // only the branch taken is read, if the condition is one of indices:
         // `if i > 0 { theta[i - 1] } else { 0 }`
         match (self.known_condition(&choice.cond), &choice.else_branch) {

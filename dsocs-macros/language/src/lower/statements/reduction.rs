@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::nearest::nearest;
 
 /// Refuses coordinates in `reduced(…)` whose positions occur in an equation.
-pub(super) fn check(
+pub(crate) fn check(
     declaration: &Declaration,
     groups: &[Group],
     model: &Model,

@@ -1,20 +1,28 @@
 //! The Lagrangian, external forces, factors and observables.
 
+mod constraints;
+pub(crate) mod differentiated;
+mod discrete;
+mod map;
+pub(crate) mod multiples;
+pub(crate) mod reduction;
+
 use proc_macro2::Ident;
 use quote::{ToTokens, format_ident};
 use syn::Expr;
 
-use super::lowering::{Lowered, Lowering, with_jerk_named};
-use super::value::Value;
 use crate::ast::{Branch, Observe, Scalar};
 use crate::errors::Reported;
 use crate::graph::NodeId;
-use crate::names::{Binding, check_column};
+use crate::lower::lowering::{Lowered, Lowering, with_jerk_named};
+use crate::lower::names::Binding;
+use crate::lower::values::Value;
+use crate::names::check_column;
 use crate::nearest::did_you_mean;
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
-    pub(super) fn lagrangian(&mut self, lagrangian: &Scalar) -> Lowered {
+    pub(crate) fn lagrangian(&mut self, lagrangian: &Scalar) -> Lowered {
         self.expr_of_order_below(
             2,
             &lagrangian.value,
@@ -23,7 +31,7 @@ impl Lowering<'_> {
     }
 
     /// The components of the external forces.
-    pub(super) fn external_forces(&mut self, forces: &Scalar) -> Result<Vec<NodeId>, Reported> {
+    pub(crate) fn external_forces(&mut self, forces: &Scalar) -> Result<Vec<NodeId>, Reported> {
         if let Expr::Array(list) = bare(&forces.value)
             && self
                 .groups
@@ -66,7 +74,7 @@ impl Lowering<'_> {
         Ok(components)
     }
 
-    pub(super) fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
+    pub(crate) fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
         let factors = branch.factors.iter().map(|factor| match factor {
             Ok(Some(factor)) => {
                 let factors = self.each_entry(std::slice::from_ref(factor), Self::factor)?;
@@ -96,7 +104,7 @@ impl Lowering<'_> {
     }
 
     /// The observables: a number by its name, the components of a vector by numbered names, `force_0`.
-    pub(super) fn observe(&mut self, observe: &Observe) -> Result<Vec<Observed>, Reported> {
+    pub(crate) fn observe(&mut self, observe: &Observe) -> Result<Vec<Observed>, Reported> {
         let mut seen: Vec<&Ident> = Vec::new();
         let mut observed = Vec::new();
         for name in &observe.names {
@@ -174,11 +182,11 @@ impl Lowering<'_> {
 }
 
 /// An observable: a number with its name.
-pub(super) struct Observed {
+pub(crate) struct Observed {
     /// Its name.
-    pub(super) name: Ident,
+    pub(crate) name: Ident,
     /// The `let` that it is, or is a component of.
-    pub(super) of: Ident,
+    pub(crate) of: Ident,
     /// Its value.
-    pub(super) value: NodeId,
+    pub(crate) value: NodeId,
 }

@@ -3,55 +3,32 @@
 
 use proc_macro2::Ident;
 use quote::ToTokens;
-use syn::{BinOp, Expr, ExprIndex, Lit, Member, UnOp};
+use syn::{BinOp, Expr, ExprIndex, Member, UnOp};
 
-use super::lowering::Lowering;
-use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::Leaf;
-use crate::names::Binding;
-use crate::syntax::{bare, plain_name};
+use crate::lower::lowering::Lowering;
+use crate::lower::names::Binding;
+use crate::lower::values::{Value, Valued};
+use crate::syntax::{bare, integer, plain_name};
 
 /// The error for an index behind a rotation.
-pub(super) const INDEX_OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
+pub(crate) const INDEX_OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
                            what it turns, `(r * c)[0]`";
 
 impl Lowering<'_> {
     /// The value of an integer expression of literals, indices and whole `let`s; `None` for other
     /// expressions.
-    pub(super) fn integer(&self, expr: &Expr) -> Option<i64> {
-        match bare(expr) {
-            Expr::Lit(literal) => match &literal.lit {
-                Lit::Int(digits) if matches!(digits.suffix(), "" | "usize" | "i32") => {
-                    digits.base10_parse().ok()
-                }
-                _ => None,
-            },
-            Expr::Path(_) => match self.scope.get(plain_name(bare(expr))?)? {
-                Binding::Index(value) => Some(*value),
-                Binding::Let(Ok(Value::Number(node))) => self.graph.as_constant(*node).and_then(as_integer),
-                _ => None,
-            },
-            Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
-                self.integer(&unary.expr)?.checked_neg()
-            }
-            Expr::Binary(binary) => {
-                let (left, right) = (self.integer(&binary.left)?, self.integer(&binary.right)?);
-                match binary.op {
-                    BinOp::Add(_) => left.checked_add(right),
-                    BinOp::Sub(_) => left.checked_sub(right),
-                    BinOp::Mul(_) => left.checked_mul(right),
-                    BinOp::Div(_) => left.checked_div(right),
-                    BinOp::Rem(_) => left.checked_rem(right),
-                    _ => None,
-                }
-            }
+    pub(crate) fn integer(&self, expr: &Expr) -> Option<i64> {
+        integer(expr, &|path| match self.scope.get(plain_name(path)?)? {
+            Binding::Index(value) => Some(*value),
+            Binding::Let(Ok(Value::Number(node))) => self.graph.as_constant(*node).and_then(as_integer),
             _ => None,
-        }
+        })
     }
 
     /// Whether a condition on integers holds; `None` for other conditions.
-    pub(super) fn known_condition(&self, condition: &Expr) -> Option<bool> {
+    pub(crate) fn known_condition(&self, condition: &Expr) -> Option<bool> {
         match bare(condition) {
             Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
                 self.known_condition(&unary.expr).map(|holds| !holds)
@@ -81,7 +58,7 @@ impl Lowering<'_> {
     }
 
     /// The value of `theta[2]`, `masses[i + 1]`, or in a map `q0.theta[2]`.
-    pub(super) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Valued {
+    pub(crate) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Valued {
         let base = bare(&index.expr);
         if self.discrete.is_some()
             && let Some(coordinate) = self.coordinate_of_node(base)
@@ -155,14 +132,14 @@ impl Lowering<'_> {
     }
 
     /// The index of an array of coordinates among the groups.
-    pub(super) fn array(&self, name: &Ident) -> Option<usize> {
+    pub(crate) fn array(&self, name: &Ident) -> Option<usize> {
         self.groups
             .iter()
             .position(|group| group.length.is_some() && group.name == *name)
     }
 
     /// Reports an array of coordinates in place of one of them.
-    pub(super) fn whole_array(&self, tokens: impl ToTokens, used: impl ToTokens, group: usize) -> Reported {
+    pub(crate) fn whole_array(&self, tokens: impl ToTokens, used: impl ToTokens, group: usize) -> Reported {
         let length = self.groups.get(group).and_then(|group| group.length).unwrap_or(1);
         let used = used.to_token_stream().to_string().replace(' ', "");
         self.errors.at(
@@ -175,7 +152,7 @@ impl Lowering<'_> {
     }
 
     /// The coordinate at an index of an array.
-    pub(super) fn element(&self, group: usize, index: &Expr) -> Result<usize, Reported> {
+    pub(crate) fn element(&self, group: usize, index: &Expr) -> Result<usize, Reported> {
         let Some((group, length)) = self
             .groups
             .get(group)
@@ -191,7 +168,7 @@ impl Lowering<'_> {
     }
 
     /// The value of an integer expression; an error if it is not known.
-    pub(super) fn known_integer(&self, expr: &Expr) -> Result<i64, Reported> {
+    pub(crate) fn known_integer(&self, expr: &Expr) -> Result<i64, Reported> {
         self.integer(expr).ok_or_else(|| {
             let message = self.errors.words(
                 "expected an integer that the declaration itself tells: a literal or an index of `sum`, such as `i + 1`",
@@ -201,7 +178,7 @@ impl Lowering<'_> {
         })
     }
 
-    pub(super) fn out_of_range(&self, index: &Expr, value: i64, array: &str, length: usize) -> Reported {
+    pub(crate) fn out_of_range(&self, index: &Expr, value: i64, array: &str, length: usize) -> Reported {
         self.errors.at(
             index,
             format!(

@@ -4,12 +4,12 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprMethodCall};
 
-use super::foreign_names::vector_method;
-use super::lowering::{Lowered, Lowering};
-use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::{Graph, NodeId, Unary};
-use crate::names::Binding;
+use crate::lower::lowering::{Lowered, Lowering};
+use crate::lower::names::Binding;
+use crate::lower::names::foreign_names::vector_method;
+use crate::lower::values::{Value, Valued};
 use crate::nearest::did_you_mean;
 use crate::syntax::{bare, plain_name};
 
@@ -17,16 +17,16 @@ use crate::syntax::{bare, plain_name};
 const METHODS: [&str; 5] = ["inner", "cross", "norm", "norm_squared", "transpose"];
 
 /// The names of the methods of rotations.
-pub(super) const ROTATION_METHODS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
+pub(crate) const ROTATION_METHODS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
 
 /// Whether vectors or matrices have a method of that name.
-pub(super) fn is_vector_method(name: &str) -> bool {
+pub(crate) fn is_vector_method(name: &str) -> bool {
     METHODS.contains(&name)
 }
 
 impl Lowering<'_> {
     /// The number of a value; an error at `expr` for other values.
-    pub(super) fn expect_number(&self, expr: &Expr, value: &Value) -> Lowered {
+    pub(crate) fn expect_number(&self, expr: &Expr, value: &Value) -> Lowered {
         let length = match value {
             Value::Number(number) => return Ok(*number),
             Value::Vector(components) => components.len(),
@@ -54,7 +54,7 @@ impl Lowering<'_> {
     }
 
     /// `[a, b, c]`: of numbers a vector, of vectors a matrix.
-    pub(super) fn vector_or_matrix(&self, expr: &Expr, elements: Vec<Value>) -> Valued {
+    pub(crate) fn vector_or_matrix(&self, expr: &Expr, elements: Vec<Value>) -> Valued {
         let numbers: Option<Vec<NodeId>> = elements.iter().map(Value::number).collect();
         match numbers {
             Some(numbers) if !numbers.is_empty() => return Ok(Value::Vector(numbers)),
@@ -81,7 +81,7 @@ impl Lowering<'_> {
     }
 
     /// `a + b` or `a - b`
-    pub(super) fn sum_or_difference(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+    pub(crate) fn sum_or_difference(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         let is_sum = matches!(op, BinOp::Add(_));
         let mut both = |a: &[NodeId], b: &[NodeId]| -> Vec<NodeId> {
             let pairs = a.iter().zip(b);
@@ -122,7 +122,7 @@ impl Lowering<'_> {
     }
 
     /// `a * b`
-    pub(super) fn product(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+    pub(crate) fn product(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         match (left, right) {
             (Value::Number(a), Value::Number(b)) => Ok(Value::Number(self.graph.mul(*a, *b))),
             (other @ (Value::Number(_) | Value::Vector(_) | Value::Matrix(_)), Value::Rotation(_)) => {
@@ -168,7 +168,7 @@ impl Lowering<'_> {
     }
 
     /// `a / b`
-    pub(super) fn quotient(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+    pub(crate) fn quotient(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         if let Value::Rotation(_) = left {
             return Err(self
                 .errors
@@ -188,7 +188,7 @@ impl Lowering<'_> {
 
     /// The value of a method that only vectors, matrices and rotations have; `None` if the method is that of
     /// a user's type.
-    pub(super) fn method_of_vectors(&mut self, call: &ExprMethodCall) -> Option<Valued> {
+    pub(crate) fn method_of_vectors(&mut self, call: &ExprMethodCall) -> Option<Valued> {
         let name = call.method.to_string();
         let of_rotations = !self.graph.rotations().is_empty() && ROTATION_METHODS.contains(&name.as_str());
         if self.component.is_some() || !(is_vector_method(&name) || of_rotations) {
@@ -272,7 +272,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a method that vectors and matrices do not have.
-    pub(super) fn no_method_of_vectors(&self, name: &Ident, value: &Value) -> Reported {
+    pub(crate) fn no_method_of_vectors(&self, name: &Ident, value: &Value) -> Reported {
         let text = name.to_string();
         if let Value::Rotation(_) = value {
             return self.no_method_of_rotation(name);
@@ -289,7 +289,7 @@ impl Lowering<'_> {
     }
 
     /// The component of a vector, or the row of a matrix, at an index.
-    pub(super) fn component(&self, value: &Value, base: &Expr, index: &Expr) -> Valued {
+    pub(crate) fn component(&self, value: &Value, base: &Expr, index: &Expr) -> Valued {
         let length = match value {
             Value::Number(_) | Value::Rotation(_) => 0,
             Value::Vector(components) => components.len(),
@@ -308,7 +308,7 @@ impl Lowering<'_> {
     }
 
     /// The number of indices that can follow an expression, as far as its syntax shows.
-    pub(super) fn rank(&self, expr: &Expr) -> usize {
+    pub(crate) fn rank(&self, expr: &Expr) -> usize {
         match bare(expr) {
             Expr::Array(array) => 1 + array.elems.first().map_or(0, |first| self.rank(first)),
             Expr::Repeat(repeat) => 1 + self.rank(&repeat.expr),

@@ -4,25 +4,25 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall};
 
-use super::lowering::{Lowered, Lowering, Maps, Nodes};
-use super::value::Valued;
 use crate::ast::Constraints;
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::hash::HashMap;
+use crate::lower::lowering::{Lowered, Lowering, Maps, Nodes};
+use crate::lower::names::Binding;
+use crate::lower::values::Valued;
 use crate::model::{PairPoint, TriplePoint};
-use crate::names::Binding;
 use crate::syntax::bare;
 
 impl Lowering<'_> {
     /// `L_d`, a function of two nodes.
-    pub(super) fn discrete_lagrangian(&mut self, value: &Expr, maps: &Maps) -> Lowered {
+    pub(crate) fn discrete_lagrangian(&mut self, value: &Expr, maps: &Maps) -> Lowered {
         let discrete = self.of_nodes(value, 2, maps)?;
         self.expect_number(value, &discrete)
     }
 
     /// The rows of `D_K`, functions of three nodes, grouped by the entries of the statement.
-    pub(super) fn discrete_kinematic(
+    pub(crate) fn discrete_kinematic(
         &mut self,
         constraints: &Constraints,
         maps: &Maps,
@@ -54,7 +54,7 @@ impl Lowering<'_> {
     }
 
     /// A coordinate at a node, `x[0]`, in a discrete expression.
-    pub(super) fn at_node(&self, coordinate: usize, index: &Expr) -> Result<Leaf, Reported> {
+    pub(crate) fn at_node(&self, coordinate: usize, index: &Expr) -> Result<Leaf, Reported> {
         self.of_node(
             [Leaf::X0(coordinate), Leaf::X1(coordinate), Leaf::X2(coordinate)],
             index,
@@ -62,7 +62,7 @@ impl Lowering<'_> {
     }
 
     /// The time of a node, `t[0]`.
-    pub(super) fn time_of_node(&self, index: &Expr) -> Result<Leaf, Reported> {
+    pub(crate) fn time_of_node(&self, index: &Expr) -> Result<Leaf, Reported> {
         self.of_node([Leaf::T0, Leaf::T1, Leaf::T2], index)
     }
 
@@ -84,7 +84,7 @@ impl Lowering<'_> {
     }
 
     /// The index of the coordinate at a node: of `x` in `x[0]`, of `theta[1]` in `theta[1][0]`.
-    pub(super) fn coordinate_of_node(&self, base: &Expr) -> Option<Result<usize, Reported>> {
+    pub(crate) fn coordinate_of_node(&self, base: &Expr) -> Option<Result<usize, Reported>> {
         match bare(base) {
             Expr::Path(path) => match self.scope.get(path.path.get_ident()?)? {
                 Binding::Coordinate(coordinate) => Some(Ok(*coordinate)),
@@ -102,7 +102,7 @@ impl Lowering<'_> {
     }
 
     /// The error for an expression of the motion in a discrete expression.
-    pub(super) fn motion_among_nodes(&self, tokens: impl ToTokens, is_coordinate: bool) -> Reported {
+    pub(crate) fn motion_among_nodes(&self, tokens: impl ToTokens, is_coordinate: bool) -> Reported {
         let tokens = tokens.into_token_stream();
         let text = tokens.to_string().replace(' ', "");
         let last = self.discrete.as_ref().map_or(0, |nodes| nodes.count - 1);
@@ -124,7 +124,7 @@ impl Lowering<'_> {
 
     /// `leg(e, 0)`, the value of `e(q, v)` on the leg from node 0 to node 1, or `node(e)`, that of
     /// `e(q, v, a)` at the triple.
-    pub(super) fn leg_or_node(&mut self, name: &Ident, call: &ExprCall) -> Valued {
+    pub(crate) fn leg_or_node(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let Some(nodes) = self.discrete.clone() else {
             return Err(self.unknown_name(name));
         };

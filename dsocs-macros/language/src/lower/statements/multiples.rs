@@ -9,7 +9,7 @@ use crate::model::{Kind, Row};
 
 /// Refuses rows that are multiples of earlier rows or of their derivatives, by factors of lower order than
 /// the row.
-pub(super) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), Reported> {
+pub(crate) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), Reported> {
     if rows.len() < 2 {
         return Ok(());
     }

@@ -3,27 +3,27 @@
 use proc_macro2::Ident;
 use syn::{BinOp, Expr};
 
-use super::expr::SIGN_OF_ROTATION;
-use super::index::INDEX_OF_ROTATION;
-use super::lowering::Lowering;
-use super::value::{Value, Valued};
-use super::vectors::ROTATION_METHODS;
 use crate::ast::{Declaration, MapRule};
 use crate::errors::{Errors, Reported};
 use crate::graph::rotation::Quaternion;
 use crate::graph::{Leaf, NodeId};
+use crate::lower::expr::SIGN_OF_ROTATION;
+use crate::lower::lowering::Lowering;
+use crate::lower::values::index::INDEX_OF_ROTATION;
+use crate::lower::values::vectors::ROTATION_METHODS;
+use crate::lower::values::{Value, Valued};
 use crate::model::Row;
 
 impl Lowering<'_> {
     /// A rotation by the index of its group.
-    pub(super) fn rotation(&mut self, group: usize) -> Value {
+    pub(crate) fn rotation(&mut self, group: usize) -> Value {
         let first = self.groups.get(group).map_or(0, |group| group.first);
         Value::Rotation([0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))))
     }
 
     /// The Lagrangian plus the kinetic energies of the particles at rest in the first slots of rotations,
     /// with mass 1.
-    pub(super) fn with_particles_at_rest(&mut self, lagrangian: NodeId) -> NodeId {
+    pub(crate) fn with_particles_at_rest(&mut self, lagrangian: NodeId) -> NodeId {
         let mut terms = vec![(lagrangian, 1.0)];
         for first in self.graph.rotations().to_vec() {
             let velocity = self.graph.leaf(Leaf::V(first));
@@ -36,7 +36,7 @@ impl Lowering<'_> {
     }
 
     /// The product `r * c` or `r * s`.
-    pub(super) fn rotation_product(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
+    pub(crate) fn rotation_product(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
         match right {
             Value::Vector(components) => {
                 if let &[x, y, z] = components.as_slice() {
@@ -57,7 +57,7 @@ impl Lowering<'_> {
     }
 
     /// `-r * c`: the negative of the turned vector.
-    pub(super) fn negated_and_turned(&mut self, op: &BinOp, left: &Expr, r: Quaternion, c: &Value) -> Valued {
+    pub(crate) fn negated_and_turned(&mut self, op: &BinOp, left: &Expr, r: Quaternion, c: &Value) -> Valued {
         if !matches!(c, Value::Vector(_)) {
             return Err(self.errors.at(left, SIGN_OF_ROTATION));
         }
@@ -66,7 +66,7 @@ impl Lowering<'_> {
     }
 
     /// `r.inverse()`, `r.angular_velocity()` or `r.matrix()`
-    pub(super) fn of_rotation(&mut self, name: &Ident, r: Quaternion) -> Valued {
+    pub(crate) fn of_rotation(&mut self, name: &Ident, r: Quaternion) -> Valued {
         match name.to_string().as_str() {
             "inverse" => Ok(Value::Rotation(self.graph.inverse(r))),
             "angular_velocity" => Ok(Value::Vector(self.angular_velocity(name, r))),
@@ -85,7 +85,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a method that rotations do not have.
-    pub(super) fn no_method_of_rotation(&self, name: &Ident) -> Reported {
+    pub(crate) fn no_method_of_rotation(&self, name: &Ident) -> Reported {
         let message = format!(
             "a rotation has no `{name}`; expected `r * c`, a vector turned, `r.inverse()`, `r.angular_velocity()` or `r.matrix()`, from whose elements angles \
              follow"
@@ -94,7 +94,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a field of a rotation, such as `r.w`.
-    pub(super) fn field_of_rotation(&self, name: &Ident) -> Reported {
+    pub(crate) fn field_of_rotation(&self, name: &Ident) -> Reported {
         let text = name.to_string();
         if ROTATION_METHODS.contains(&&*text) {
             let message = format!("expected parentheses, `.{text}()`");
@@ -107,7 +107,7 @@ impl Lowering<'_> {
     }
 
     /// The error for the name of a column of a rotation's quaternion or velocity, such as `r_w` or `v_r_x`.
-    pub(super) fn column_of_rotation(&self, text: &str) -> Option<String> {
+    pub(crate) fn column_of_rotation(&self, text: &str) -> Option<String> {
         let (stem, component) = text.rsplit_once('_')?;
         if !matches!(component, "w" | "x" | "y" | "z") {
             return None;
@@ -146,7 +146,7 @@ impl Lowering<'_> {
 }
 
 /// Refuses statements that are not supported beside rotations.
-pub(super) fn check(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
+pub(crate) fn check(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
     let groups = declaration
         .coordinates
         .given()

@@ -4,12 +4,12 @@ use proc_macro2::{Ident, Span};
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, UnOp};
 
-use super::foreign_names::constant;
-use super::look_alike;
-use super::lowering::Lowering;
 use crate::errors::{Errors, Reported};
 use crate::input::Field;
-use crate::names::Binding;
+use crate::lower::lowering::Lowering;
+use crate::lower::names::Binding;
+use crate::lower::names::foreign_names::constant;
+use crate::lower::names::look_alike;
 use crate::nearest::nearest;
 use crate::syntax::{bare, plain_name};
 
@@ -41,7 +41,7 @@ const PREFIXES: [(&str, &str); 9] = [
 
 impl Lowering<'_> {
     /// The error for an equation in place of an expression that vanishes: `x - y = 0`.
-    pub(super) fn equation(&self, equals: impl ToTokens, right: &Expr) -> Reported {
+    pub(crate) fn equation(&self, equals: impl ToTokens, right: &Expr) -> Reported {
         let message = if is_zero(right) {
             "expected the expression that is zero, alone: leave this out"
         } else {
@@ -51,7 +51,7 @@ impl Lowering<'_> {
     }
 
     /// The error for `x ** 2`, which Rust reads as `x * (*2)`.
-    pub(super) fn power(&self, star: impl ToTokens, right: &Expr) -> Option<Reported> {
+    pub(crate) fn power(&self, star: impl ToTokens, right: &Expr) -> Option<Reported> {
         let Expr::Unary(unary) = right else {
             return None;
         };
@@ -79,7 +79,7 @@ impl Lowering<'_> {
     }
 
     /// Reports a name that the declaration does not know and that does not look like a constant.
-    pub(super) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
+    pub(crate) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
         let text = name.to_string();
         let message = match text.as_str() {
             "h" => "the step `h` is known in the maps and in discrete expressions only: a system is continuous until they discretize it"
@@ -131,7 +131,7 @@ impl Lowering<'_> {
     }
 
     /// The error for an expression that needs a compiler, in a text.
-    pub(super) fn needs_compiler(&self, tokens: impl ToTokens) -> Reported {
+    pub(crate) fn needs_compiler(&self, tokens: impl ToTokens) -> Reported {
         let message = "this is beyond the language of such texts; expected numbers, parameters, `let`s and the functions of the language: a function \
                        of your own is written `let f = |x| …;`, and data are given as samples";
         self.errors.at(tokens, message)
@@ -191,7 +191,7 @@ impl Lowering<'_> {
     }
 
     /// `in Rust` or, in a text, `here`, for messages.
-    pub(super) fn where_it_is_so(&self) -> &'static str {
+    pub(crate) fn where_it_is_so(&self) -> &'static str {
         if self.fields.have_compiler() {
             "in Rust"
         } else {
@@ -201,7 +201,7 @@ impl Lowering<'_> {
 }
 
 /// Whether an expression is the literal 0.
-pub(super) fn is_zero(expr: &Expr) -> bool {
+pub(crate) fn is_zero(expr: &Expr) -> bool {
     let digits = match bare(expr) {
         Expr::Lit(literal) => match &literal.lit {
             Lit::Int(number) => number.base10_parse().ok(),
@@ -228,7 +228,7 @@ fn is_of_motion(binding: &Binding) -> bool {
 }
 
 /// The error for an expression that is never a number.
-pub(super) fn not_a_number(expr: &Expr, errors: &Errors) -> &'static str {
+pub(crate) fn not_a_number(expr: &Expr, errors: &Errors) -> &'static str {
     match expr {
         Expr::Tuple(_) if errors.are_of_text() => {
             "expected a number, found several; a decimal has a point, as in `0.5`"

@@ -3,9 +3,9 @@
 use proc_macro2::Ident;
 use quote::ToTokens;
 
-use super::builtin::Builtin;
-use super::lowering::Lowering;
 use crate::errors::{Errors, Reported};
+use crate::lower::functions::builtin::Builtin;
+use crate::lower::lowering::Lowering;
 
 /// Functions of numbers under names of other languages, and the method to use here.
 const METHODS: [(&str, &str); 24] = [
@@ -81,7 +81,7 @@ const VECTOR_METHODS: [(&str, &str); 15] = [
 ];
 
 /// The method of vectors for a name of another language.
-pub(super) fn vector_method(name: &str) -> Option<&'static str> {
+pub(crate) fn vector_method(name: &str) -> Option<&'static str> {
     let known = VECTOR_METHODS.iter().find(|(known, _)| *known == name);
     known.map(|(_, meant)| *meant)
 }
@@ -115,7 +115,7 @@ fn method_of_numbers(name: &str, errors: &Errors) -> Option<&'static str> {
 }
 
 /// The constant for a name of another language.
-pub(super) fn constant(name: &str) -> Option<&'static str> {
+pub(crate) fn constant(name: &str) -> Option<&'static str> {
     match name {
         "pi" | "Pi" | "π" => Some("pi"),
         "tau" | "Tau" | "τ" => Some("tau"),
@@ -124,13 +124,13 @@ pub(super) fn constant(name: &str) -> Option<&'static str> {
 }
 
 /// Whether a name is that of a module of functions in other languages.
-pub(super) fn is_module(name: &Ident) -> bool {
+pub(crate) fn is_module(name: &Ident) -> bool {
     MODULES.iter().any(|module| name == module)
 }
 
 impl Lowering<'_> {
     /// The error for a function in the notation of other languages: `sin(x)`, `sign(x)`, `diff(x, t)`.
-    pub(super) fn foreign_function(
+    pub(crate) fn foreign_function(
         &self,
         name: &Ident,
         argument: Option<&impl ToTokens>,
@@ -169,7 +169,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a function of a module: `np.sin(x)`.
-    pub(super) fn function_of_module(
+    pub(crate) fn function_of_module(
         &self,
         module: &Ident,
         name: &Ident,
@@ -189,7 +189,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a constant of a module: `np.pi`.
-    pub(super) fn constant_of_module(&self, module: &Ident, name: &Ident) -> Reported {
+    pub(crate) fn constant_of_module(&self, module: &Ident, name: &Ident) -> Reported {
         let text = name.to_string();
         let meant = constant(&text).map_or_else(
             || format!("no name `{module}` is known here; expected the number itself"),
@@ -199,7 +199,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a method without its parentheses: `x.abs`.
-    pub(super) fn method_without_call(&self, name: &Ident) -> Option<Reported> {
+    pub(crate) fn method_without_call(&self, name: &Ident) -> Option<Reported> {
         let meant = method(&name.to_string(), self.errors)?;
         let what = self.errors.words("method is called", "function is written");
         let message = format!("a {what} with parentheses: expected `.{meant}`");
@@ -207,7 +207,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a method of numbers that has another name here: `x.squared()`.
-    pub(super) fn foreign_method(&self, name: &Ident) -> Option<Reported> {
+    pub(crate) fn foreign_method(&self, name: &Ident) -> Option<Reported> {
         let meant = method_of_numbers(&name.to_string(), self.errors)?;
         if self.errors.are_of_text() {
             let message = format!("no function is called `{name}`: expected `.{meant}`");

@@ -7,10 +7,11 @@ use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprCall, ExprIndex, ExprPath, FieldValue, Member, PatIdent, Token};
 
-use super::lowering::Lowering;
 use crate::errors::Reported;
 use crate::input::field_of_self;
-use crate::names::{Binding, RESERVED};
+use crate::lower::lowering::Lowering;
+use crate::lower::names::Binding;
+use crate::names::RESERVED;
 use crate::syntax::{bare, plain_name};
 
 /// A search for names of the motion or of the language.
@@ -41,7 +42,7 @@ impl<'ast> Visit<'ast> for OpenNameSearch<'_, '_> {
 
 impl Lowering<'_> {
     /// Whether an expression contains no coordinate, no `let`, no node and no word of the language.
-    pub(super) fn is_closed(&self, expr: &Expr) -> bool {
+    pub(crate) fn is_closed(&self, expr: &Expr) -> bool {
         let mut search = OpenNameSearch {
             lowering: self,
             found: false,
@@ -51,7 +52,7 @@ impl Lowering<'_> {
     }
 
     /// Whether an expression is an element of a parameter's array or matrix.
-    pub(super) fn is_element(&self, expr: &Expr) -> bool {
+    pub(crate) fn is_element(&self, expr: &Expr) -> bool {
         let (mut base, mut places) = (bare(expr), Vec::new());
         while let Expr::Index(index) = base {
             let Some(place) = self
@@ -73,7 +74,7 @@ impl Lowering<'_> {
     }
 
     /// The tokens of a closed expression, with `self.` before the fields.
-    pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
+    pub(crate) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
         let mut bound = BoundNames::default();
         bound.visit_expr(expr);
         let mut rewrite = Rewrite {
@@ -132,7 +133,7 @@ impl Rewrite<'_, '_> {
 
 /// A name that the declaration does not define: a constant of the user's module, or `PI` or `TAU`, which need
 /// no import.
-pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
+pub(crate) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
     if !have_compiler || !is_circle_constant(name) {
         return name.to_token_stream();
     }
@@ -150,7 +151,7 @@ pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
 }
 
 /// Whether a name is `PI` or `TAU`, or their lower case.
-pub(super) fn is_circle_constant(name: &Ident) -> bool {
+pub(crate) fn is_circle_constant(name: &Ident) -> bool {
     circle_constant(&name.to_string()).is_some()
 }
 

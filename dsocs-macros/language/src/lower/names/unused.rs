@@ -11,7 +11,7 @@ use crate::graph::{Graph, Leaf};
 use crate::model::{Kind, Model, Warning};
 
 /// The warnings about unused `let`s and undetermined coordinates of a model.
-pub(super) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning> {
+pub(crate) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning> {
     let mut warnings = unused_lets(declaration);
     let (graph, n) = (&model.graph, model.coordinates.len());
     for (i, name) in model.coordinates.iter().enumerate().take(n) {
@@ -62,7 +62,7 @@ fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
 }
 
 /// The names that statements use, directly or through `let`s.
-pub(super) fn used_names(declaration: &Declaration) -> HashSet<String> {
+pub(crate) fn used_names(declaration: &Declaration) -> HashSet<String> {
     let mut used = in_statements(declaration);
     // a `let` uses only those before it
     for binding in declaration.lets.iter().rev() {

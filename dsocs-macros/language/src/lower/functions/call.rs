@@ -4,14 +4,14 @@ use proc_macro2::{Ident, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 use syn::{Expr, ExprCall, ExprMethodCall};
 
-use super::builtin::{Builtin, is_not_supported};
-use super::foreign_names::is_module;
-use super::lowering::{DerivativeTokens, Lowered, Lowering};
-use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
 use crate::input::{Field, Kind, field_of_self};
-use crate::names::Binding;
+use crate::lower::functions::builtin::{Builtin, is_not_supported};
+use crate::lower::lowering::{DerivativeTokens, Lowered, Lowering};
+use crate::lower::names::Binding;
+use crate::lower::names::foreign_names::is_module;
+use crate::lower::values::{Value, Valued};
 use crate::nearest::{did_you_mean, nearest};
 use crate::syntax::{bare, plain_name};
 
@@ -28,7 +28,7 @@ fn function_of_f64(function: &Expr) -> Option<&Ident> {
 
 impl Lowering<'_> {
     /// `function(…)`
-    pub(super) fn call(&mut self, call: &ExprCall, whole: &Expr) -> Valued {
+    pub(crate) fn call(&mut self, call: &ExprCall, whole: &Expr) -> Valued {
         let arguments: Vec<_> = call.args.iter().collect();
         if let Some(name) = plain_name(&call.func) {
             let text = name.to_string();
@@ -158,7 +158,7 @@ impl Lowering<'_> {
     }
 
     /// `receiver.method(…)`
-    pub(super) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Valued {
+    pub(crate) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Valued {
         let name = call.method.to_string();
         let arguments: Vec<_> = call.args.iter().collect();
         if let Some(module) = self.module(&call.receiver) {
@@ -239,12 +239,12 @@ impl Lowering<'_> {
     }
 
     /// Whether a field is a table of samples, in a declaration that no compiler reads.
-    pub(super) fn is_table_at(&self, index: usize) -> bool {
+    pub(crate) fn is_table_at(&self, index: usize) -> bool {
         !self.fields.have_compiler() && self.fields.get(index).is_some_and(Field::is_table)
     }
 
     /// The error for a table of samples in place of a number.
-    pub(super) fn whole_table(&self, name: &Ident) -> Reported {
+    pub(crate) fn whole_table(&self, name: &Ident) -> Reported {
         let message =
             format!("`{name}` is a table of samples; expected its value at a place, `{name}.at(t)`");
         self.errors.at(name, message)
@@ -278,7 +278,7 @@ impl Lowering<'_> {
     }
 
     /// The module that an expression names in other languages: `np` in `np.sin(x)`.
-    pub(super) fn module<'e>(&self, expr: &'e Expr) -> Option<&'e Ident> {
+    pub(crate) fn module<'e>(&self, expr: &'e Expr) -> Option<&'e Ident> {
         plain_name(expr).filter(|name| is_module(name) && self.scope.get(name).is_none())
     }
 
@@ -377,7 +377,7 @@ impl Lowering<'_> {
     }
 
     /// Records where a derivative enters the expression, for messages.
-    pub(super) fn record_derivative(&mut self, tokens: impl ToTokens, node: NodeId) {
+    pub(crate) fn record_derivative(&mut self, tokens: impl ToTokens, node: NodeId) {
         if let Some(order) = self.graph.order(node) {
             self.derivatives.push(DerivativeTokens {
                 tokens: tokens.into_token_stream(),

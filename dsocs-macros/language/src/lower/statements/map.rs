@@ -4,17 +4,17 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use super::lowering::{Lowered, Lowering};
 use crate::ast::{Declaration, Map, MapRule};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
+use crate::lower::lowering::{Lowered, Lowering};
+use crate::lower::names::Binding;
 use crate::model::{PairPoint, TriplePoint};
-use crate::names::Binding;
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The points of `φ_{L_d}⁻¹`, one or two.
-    pub(super) fn pairs(&mut self, map: &Map) -> Result<Vec<PairPoint>, Reported> {
+    pub(crate) fn pairs(&mut self, map: &Map) -> Result<Vec<PairPoint>, Reported> {
         Ok(match &map.rule {
             MapRule::Closure(closure) => {
                 let (t, [q, v]) = self.map(&map.keyword, closure)?;
@@ -28,7 +28,7 @@ impl Lowering<'_> {
     }
 
     /// The paper's map of pairs, `(q0, (q1 - q0) / h)`.
-    pub(super) fn paper_pairs(&mut self) -> Vec<PairPoint> {
+    pub(crate) fn paper_pairs(&mut self) -> Vec<PairPoint> {
         vec![self.chord_velocity([1.0, 0.0])]
     }
 
@@ -42,7 +42,7 @@ impl Lowering<'_> {
     /// The paper's map is of order 2 where `L = T(v) - V(q)`: its `L_d` differs from the trapezoid's by terms
     /// that cancel in the sum over the path. Where the momentum depends on the position or on time, or a row
     /// is imposed on a leg, a point at one end of the leg is of order 1.
-    pub(super) fn default_pairs(&mut self, declaration: &Declaration, lagrangian: NodeId) -> Vec<PairPoint> {
+    pub(crate) fn default_pairs(&mut self, declaration: &Declaration, lagrangian: NodeId) -> Vec<PairPoint> {
         let on_legs = !declaration.nonholonomic.is_absent() || mentions_legs(declaration);
         if on_legs || self.momentum_varies(lagrangian) {
             self.midpoint_pairs()
@@ -101,7 +101,7 @@ impl Lowering<'_> {
     }
 
     /// A map of three nodes; `None` for the paper's.
-    pub(super) fn triple(&mut self, map: &Map) -> Result<Option<TriplePoint>, Reported> {
+    pub(crate) fn triple(&mut self, map: &Map) -> Result<Option<TriplePoint>, Reported> {
         Ok(match &map.rule {
             MapRule::Closure(closure) => {
                 let (t, [q, v, a]) = self.map(&map.keyword, closure)?;
@@ -114,7 +114,7 @@ impl Lowering<'_> {
     }
 
     /// The paper's second order map, `(q1, (q2 - q0) / 2h, (q2 - 2 q1 + q0) / h²)`.
-    pub(super) fn paper_triple(&mut self) -> TriplePoint {
+    pub(crate) fn paper_triple(&mut self) -> TriplePoint {
         self.central_differences([0.0, 1.0, 0.0])
     }
 
@@ -267,7 +267,7 @@ impl Lowering<'_> {
     }
 
     /// The components of a vector: a tuple, or one expression that is read for each component.
-    pub(super) fn vector(&mut self, expr: &Expr) -> Result<Vec<NodeId>, Reported> {
+    pub(crate) fn vector(&mut self, expr: &Expr) -> Result<Vec<NodeId>, Reported> {
         let outer = self.component;
         let value = self.components(expr);
         self.component = outer;

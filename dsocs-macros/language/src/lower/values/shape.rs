@@ -2,11 +2,11 @@
 
 use syn::{Expr, ExprClosure};
 
-use super::lowering::Lowering;
-use super::value::Value;
 use crate::ast::Group;
 use crate::errors::Reported;
 use crate::graph::NodeId;
+use crate::lower::lowering::Lowering;
+use crate::lower::values::Value;
 use crate::syntax::bare;
 
 /// A component, as written or computed.
@@ -22,7 +22,7 @@ enum Entry<'e> {
 
 impl Lowering<'_> {
     /// The components of a vector, written as a tuple or, for a single group, as its one component or list.
-    pub(super) fn entries(&mut self, whole: &Expr) -> Result<Vec<NodeId>, Reported> {
+    pub(crate) fn entries(&mut self, whole: &Expr) -> Result<Vec<NodeId>, Reported> {
         let entries = self.flatten(whole)?;
         let lower = |(i, entry): (usize, Entry)| {
             if self.component.is_some() {

@@ -33,7 +33,7 @@ const FOLDED: [(&str, &str); 9] = [
 ];
 
 /// A name with each letter replaced by the one that it looks like.
-pub(super) fn folded(name: &str) -> String {
+pub(crate) fn folded(name: &str) -> String {
     let once = |letter: char| {
         let found = FOLDED.iter().find_map(|(letters, others)| {
             let place = letters.chars().position(|other| other == letter)?;
@@ -50,7 +50,7 @@ pub(super) fn folded(name: &str) -> String {
 }
 
 /// The error for a name that looks like a known one.
-pub(super) fn message(name: &str, known: &str) -> String {
+pub(crate) fn message(name: &str, known: &str) -> String {
     let mut pairs = name.chars().zip(known.chars());
     let differ = pairs.find(|(one, other)| one != other);
     let letters = differ.map_or_else(String::new, |(one, other)| {
@@ -64,7 +64,7 @@ pub(super) fn message(name: &str, known: &str) -> String {
 }
 
 /// A name without the dots above its letters, and the derivative that they mean: `dot` or `ddot`.
-pub(super) fn dotted(name: &str) -> Option<(String, &'static str)> {
+pub(crate) fn dotted(name: &str) -> Option<(String, &'static str)> {
     /// Letters with dots above, their plain letters, and the derivative.
     const COMPOSED: [(&str, &str, &str); 2] = [
         (

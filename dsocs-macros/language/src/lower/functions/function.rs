@@ -1,27 +1,26 @@
 //! Sums and products over ranges, and the functions of the declaration: bodies that are read once for each
 //! index or call.
 
-use std::ops::Range;
 use std::rc::Rc;
 
 use proc_macro2::Ident;
 use quote::ToTokens;
-use syn::{Expr, ExprCall, ExprClosure, ExprRange, Pat, RangeLimits, ReturnType};
+use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use super::lowering::Lowering;
-use super::value::{Value, Valued};
 use crate::ast::Entry;
 use crate::errors::Reported;
 use crate::graph::NodeId;
-use crate::names::{Binding, Function};
-use crate::syntax::bare;
+use crate::lower::lowering::Lowering;
+use crate::lower::names::{Binding, Function};
+use crate::lower::values::{Value, Valued};
+use crate::syntax::{bare, plain_parameter, range_of};
 
 /// The most terms and calls into which a declaration may expand.
 const MOST: usize = 200_000;
 
 impl Lowering<'_> {
     /// The binding of a `let`: a function, or a value.
-    pub(super) fn binding(&mut self, value: &Expr) -> Binding {
+    pub(crate) fn binding(&mut self, value: &Expr) -> Binding {
         match bare(value) {
             Expr::Closure(closure) => match self.check_parameters(closure) {
                 Ok(()) => Binding::Function(Function {
@@ -36,7 +35,7 @@ impl Lowering<'_> {
     }
 
     /// `sum(0..8, |i| …)` or `product(0..8, |i| …)`
-    pub(super) fn over_range(&mut self, name: &Ident, call: &ExprCall) -> Valued {
+    pub(crate) fn over_range(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let arguments: Vec<_> = call.args.iter().map(bare).collect();
         let (range, closure) = match arguments.as_slice() {
             [range, Expr::Closure(closure)] if closure.inputs.len() == 1 => (*range, closure),
@@ -50,7 +49,7 @@ impl Lowering<'_> {
                 ));
             }
         };
-        let range = self.range(range);
+        let range = range_of(range, |end| self.known_integer(end), self.errors);
         self.check_parameters(closure)?;
         let mut terms = Vec::new();
         for index in range? {
@@ -92,7 +91,7 @@ impl Lowering<'_> {
     }
 
     /// The value of `|i| …` at one index.
-    pub(super) fn value_at_index(&mut self, closure: &ExprClosure, index: i64) -> Valued {
+    pub(crate) fn value_at_index(&mut self, closure: &ExprClosure, index: i64) -> Valued {
         self.count_expansion(closure)?;
         let outer = self.scope.len();
         if let Some(name) = closure.inputs.first().and_then(plain_parameter) {
@@ -104,7 +103,7 @@ impl Lowering<'_> {
     }
 
     /// `f(2, x)` of a `let f = |i, a| …;`
-    pub(super) fn apply(&mut self, name: &Ident, function: &Function, call: &ExprCall) -> Valued {
+    pub(crate) fn apply(&mut self, name: &Ident, function: &Function, call: &ExprCall) -> Valued {
         if self.component.is_some() && !function.of_nodes {
             return Err(self.errors.at(
                 name,
@@ -200,7 +199,7 @@ impl Lowering<'_> {
     }
 
     /// Reports parameters that are not plain names, or whose names have a meaning already.
-    pub(super) fn check_parameters(&mut self, closure: &ExprClosure) -> Result<(), Reported> {
+    pub(crate) fn check_parameters(&mut self, closure: &ExprClosure) -> Result<(), Reported> {
         let outer = self.scope.len();
         let mut wrong = None;
         if let ReturnType::Type(_, ty) = &closure.output {
@@ -223,28 +222,6 @@ impl Lowering<'_> {
         wrong.map_or(Ok(()), Err)
     }
 
-    /// The integers of a range, `0..8` or `0..=i`.
-    fn range(&self, expr: &Expr) -> Result<Range<i64>, Reported> {
-        let Expr::Range(ExprRange {
-            start: Some(start),
-            end: Some(end),
-            limits,
-            ..
-        }) = expr
-        else {
-            return Err(self
-                .errors
-                .at(expr, "expected a range with both ends, such as `0..8` or `0..=i`"));
-        };
-        let (first, last) = (self.known_integer(start), self.known_integer(end));
-        let (first, last) = (first?, last?);
-        let end = match limits {
-            RangeLimits::HalfOpen(_) => last,
-            RangeLimits::Closed(_) => last.saturating_add(1),
-        };
-        Ok(first..end)
-    }
-
     /// Counts a term or a call, and refuses it beyond [`MOST`].
     fn count_expansion(&mut self, tokens: impl ToTokens) -> Result<(), Reported> {
         self.expanded += 1;
@@ -255,14 +232,5 @@ impl Lowering<'_> {
             ));
         }
         Ok(())
-    }
-}
-
-fn plain_parameter(pattern: &Pat) -> Option<&Ident> {
-    match pattern {
-        Pat::Ident(name) if name.by_ref.is_none() && name.mutability.is_none() && name.subpat.is_none() => {
-            Some(&name.ident)
-        }
-        _ => None,
     }
 }

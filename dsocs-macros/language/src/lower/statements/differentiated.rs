@@ -10,7 +10,7 @@ use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Kind, Model, Warning};
 
 /// The warnings about kinematic rows that should be holonomic.
-pub(super) fn warnings(model: &Model) -> Vec<Warning> {
+pub(crate) fn warnings(model: &Model) -> Vec<Warning> {
     let mut graph = model.graph.clone();
     let rows = model.constraints.iter().enumerate();
     let kinematic = rows.filter(|(_, row)| row.kind == Kind::Kinematic && row.discrete.is_none());

@@ -5,10 +5,10 @@ use std::f64::consts::{LN_2, LN_10, PI};
 use proc_macro2::Ident;
 use syn::Expr;
 
-use super::lowering::{Lowered, Lowering};
-use super::value::Value;
 use crate::errors::Reported;
 use crate::graph::{Comparison, Graph, NodeId, Unary};
+use crate::lower::lowering::{Lowered, Lowering};
+use crate::lower::values::Value;
 
 /// A function of `f64`, called as a method.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,7 @@ const NOT_SUPPORTED: [&str; 21] = [
 
 impl Builtin {
     /// The function of a name.
-    pub(super) fn find(name: &str) -> Option<Self> {
+    pub(crate) fn find(name: &str) -> Option<Self> {
         let composed = || {
             let known = COMPOSED.iter().find(|(known, _)| *known == name);
             known.map(|(_, builtin)| *builtin)
@@ -91,7 +91,7 @@ impl Builtin {
     }
 
     /// Whether it is a function of the receiver alone.
-    pub(super) fn is_of_one(self) -> bool {
+    pub(crate) fn is_of_one(self) -> bool {
         self.arguments() == 0
     }
 
@@ -106,13 +106,13 @@ impl Builtin {
 }
 
 /// Whether this is a method of `f64` that expressions may not contain.
-pub(super) fn is_not_supported(name: &str) -> bool {
+pub(crate) fn is_not_supported(name: &str) -> bool {
     NOT_SUPPORTED.contains(&name)
 }
 
 impl Lowering<'_> {
     /// The value of a call of a builtin function.
-    pub(super) fn builtin(
+    pub(crate) fn builtin(
         &mut self,
         builtin: Builtin,
         name: &Ident,

@@ -3,11 +3,11 @@
 use quote::ToTokens;
 use syn::Expr;
 
-use super::lowering::{Lowered, Lowering};
-use super::value::{Value, Valued};
 use crate::ast::{Constraints, Declaration, Directions, Side};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
+use crate::lower::lowering::{Lowered, Lowering};
+use crate::lower::values::{Value, Valued};
 use crate::mechanics::{Defect, annihilator};
 use crate::model::{Displacements, Form, Kind, Row};
 
@@ -16,7 +16,7 @@ type Vectors = Vec<Vec<NodeId>>;
 
 impl Lowering<'_> {
     /// The rows of a statement, grouped by its entries: a vector stands for several rows.
-    pub(super) fn constraints(
+    pub(crate) fn constraints(
         &mut self,
         constraints: &Constraints,
         kind: Kind,
@@ -109,7 +109,7 @@ impl Lowering<'_> {
     ///
     /// A constraint on velocities alone would be a leapfrog scheme on a triple of nodes: it has a second
     /// solution, which grows where the motion decays.
-    pub(super) fn without_cancelled_derivatives(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
+    pub(crate) fn without_cancelled_derivatives(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
         let leaves: Vec<Leaf> = self.graph.leaves(value).collect();
         let highest = self.graph.order(value);
         let mut top = leaves.iter().filter(|leaf| leaf.order() == highest);
@@ -164,7 +164,7 @@ impl Lowering<'_> {
     }
 
     /// The fields or forms of a statement.
-    pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
+    pub(crate) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
         self.each_entry(&directions.fields, |lowering, field| {
             lowering.derivatives.clear();
             let components = lowering.entries(field)?;
@@ -179,7 +179,7 @@ impl Lowering<'_> {
     /// can be found.
     ///
     /// `off_node`: the displacements are not taken at the middle node.
-    pub(super) fn displacements(
+    pub(crate) fn displacements(
         &mut self,
         declaration: &Declaration,
         constraints: &[Row],
