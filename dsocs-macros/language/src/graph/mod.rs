@@ -6,33 +6,29 @@
 //!
 //! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression from another
 //!   ([`mod@rewrite`]);
-//! - [`derivative`](Graph::derivative): forward differentiation ([`mod@derivative`]);
+//! - [`calculus::derivative`](Graph::derivative): forward differentiation ([`mod@calculus::derivative`]);
 //! - [`mod@unary`]: the functions of one argument;
-//! - [`mod@rotation`]: coordinates that are rotations, and their derivatives;
-//! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
-//!   ([`mod@difference`]);
+//! - [`mod@calculus::rotation`]: coordinates that are rotations, and their derivatives;
+//! - [`calculus::difference`](Graph::difference): the change of an expression between two points, without cancellation
+//!   ([`mod@calculus::difference`]);
 //! - [`values`](Graph::values): numeric evaluation ([`mod@evaluate`]);
 //! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell whether an expression is zero
-//!   ([`mod@identity`]) or cannot be ([`mod@nonzero`]);
+//!   ([`mod@zeros::identity`]) or cannot be ([`mod@zeros::nonzero`]);
 //! - [`power_of_step`](Graph::power_of_step): the order in the step `h` with which an expression vanishes
-//!   ([`mod@power`]);
+//!   ([`mod@zeros::power`]);
 //! - [`algebra`]: rewritings that make expressions shorter;
 //! - code, through [`crate::program`].
 
 pub(crate) mod algebra;
 mod build;
-mod derivative;
-mod difference;
+pub(crate) mod calculus;
 mod evaluate;
-mod identity;
 mod node;
-mod nonzero;
-mod power;
 mod rewrite;
-pub(crate) mod rotation;
 mod sets;
 mod signs;
 mod unary;
+mod zeros;
 
 use std::collections::BTreeMap;
 use std::hash::BuildHasher;
@@ -46,11 +42,11 @@ use crate::limits;
 use sets::{Set, Sets};
 
 pub(crate) use build::collect;
-pub(crate) use difference::Change;
+pub(crate) use calculus::difference::Change;
 pub(crate) use node::{Bits, Callee, Comparison, Leaf, Node, NodeId};
-pub(crate) use nonzero::Slopes;
 pub(crate) use rewrite::{Memory, Pass, Substitution};
 pub(crate) use unary::Unary;
+pub(crate) use zeros::nonzero::Slopes;
 
 /// A parameter as it is read from the struct.
 #[derive(Clone, Copy, Debug)]
@@ -89,14 +85,14 @@ pub(crate) struct Graph {
     numbers: Vec<String>,
     callees: Vec<Callee>,
     callee_texts: BTreeMap<String, usize>,
-    derivatives: HashMap<derivative::Direction, HashMap<NodeId, NodeId>>,
-    /// The first slots of the coordinates that are rotations (see [`mod@rotation`]).
+    derivatives: HashMap<calculus::derivative::Direction, HashMap<NodeId, NodeId>>,
+    /// The first slots of the coordinates that are rotations (see [`mod@calculus::rotation`]).
     rotations: Vec<usize>,
     /// The results of [`Graph::split`] for sums.
     splits: HashMap<NodeId, (f64, NodeId)>,
     /// The results of [`Graph::power_of_step`].
     powers: HashMap<NodeId, i32>,
-    residues: identity::PointResidues,
+    residues: zeros::identity::PointResidues,
 }
 
 impl Graph {

@@ -308,7 +308,7 @@ impl Lowering<'_> {
             let operand = self.value(operand);
             if let Ok(Value::Rotation(r)) = operand {
                 let right = self.value(right)?;
-                return self.negated_and_turned(op, left, r, &right);
+                return self.negated_and_rotated(op, left, r, &right);
             }
             let operand = operand.and_then(|value| value.map(|number| Ok(self.graph.neg(number))));
             let right = self.value(right);

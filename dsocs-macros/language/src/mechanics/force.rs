@@ -4,7 +4,7 @@
 use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::works::Force;
 use crate::graph::algebra::gathered_slopes;
-use crate::graph::rotation::SLOTS;
+use crate::graph::calculus::rotation::SLOTS;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::hash::HashMap;
 use crate::model::{Model, PairPoint};

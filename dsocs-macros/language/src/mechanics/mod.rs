@@ -9,38 +9,34 @@
 //! - [`mod@continuous`]: the continuous system, its force and its energy;
 //! - [`lower_order`]: constraints on positions and velocities, for a pair of nodes and for a start;
 //! - [`mod@annihilator`]: the virtual displacements from the forces, `C_V` from `F_V`;
-//! - [`mod@sides`]: functions that jump with the velocity, with their sides as leaves;
-//! - [`mod@switches`]: where a declaration changes between pieces, or has a pole;
-//! - [`mod@reduction`]: coordinates whose positions occur in no equation;
-//! - [`factor`]: whether a declared factor divides its constraint;
-//! - [`symmetry`]: whether the step is symmetric in time.
+//! - [`mod@properties::sides`]: functions that jump with the velocity, with their sides as leaves;
+//! - [`mod@properties::switches`]: where a declaration changes between pieces, or has a pole;
+//! - [`mod@properties::reduction`]: coordinates whose positions occur in no equation;
+//! - [`properties::factor`]: whether a declared factor divides its constraint;
+//! - [`properties::symmetry`]: whether the step is symmetric in time.
 
 mod annihilator;
 mod continuous;
 pub(crate) mod equation;
-mod factor;
 mod force;
 mod lower_order;
 mod nodes;
-mod reduction;
-mod sides;
+mod properties;
 mod step;
-mod switches;
-mod symmetry;
 mod works;
 
 pub(crate) use annihilator::{Defect, annihilator};
 pub(crate) use continuous::{continuous, energy};
 pub(crate) use equation::Equation;
-pub(crate) use factor::is_no_factor;
 pub(crate) use force::{discrete_lagrangian, external_on_leg, momentum_at_second_node, on_first_leg};
 pub(crate) use lower_order::{LowerOrder, pair, phase};
 pub(crate) use nodes::PointNodes;
-pub(crate) use reduction::where_position_is;
-pub(crate) use sides::{Sides, sides};
+pub(crate) use properties::factor::is_no_factor;
+pub(crate) use properties::reduction::where_position_is;
+pub(crate) use properties::sides::{Sides, sides};
+pub(crate) use properties::switches::{Switches, Table, switches};
+pub use properties::symmetry::Symmetry;
 pub(crate) use step::{StepEquations, step};
-pub(crate) use switches::{Switches, Table, switches};
-pub use symmetry::Symmetry;
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! The nodes of a step, and the maps `φ⁻¹` from them to points of the continuous system (paper, section 3).
 
-use crate::graph::rotation::SLOTS;
+use crate::graph::calculus::rotation::SLOTS;
 use crate::graph::{Change, Graph, Leaf, NodeId};
 use crate::hash::HashMap;
 use crate::model::{Model, PairPoint, TriplePoint};

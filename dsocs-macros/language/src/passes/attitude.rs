@@ -34,13 +34,13 @@ impl Pass for Attitudes {
             return None;
         };
         let terms = terms.into_iter().map(|(term, c)| (term, c.get()));
-        let (turned, rest): (Vec<_>, Vec<_>) = terms.partition(|&(term, _)| is_of_attitudes(graph, term));
-        if turned.len() < 2 {
+        let (forms, rest): (Vec<_>, Vec<_>) = terms.partition(|&(term, _)| is_of_attitudes(graph, term));
+        if forms.len() < 2 {
             return None;
         }
-        let turned = graph.linear(0.0, &turned);
-        let turned = self.multiplied_out(graph, turned)?;
-        let mut terms = vec![(turned, 1.0)];
+        let form = graph.linear(0.0, &forms);
+        let form = self.multiplied_out(graph, form)?;
+        let mut terms = vec![(form, 1.0)];
         for (term, c) in rest {
             terms.push((graph.rewrite(term, self), c));
         }
@@ -122,7 +122,7 @@ mod tests {
         let q = [0, 1, 2, 3].map(|k| graph.leaf(Leaf::Q(k)));
         let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
         let back = graph.inverse(q);
-        graph.turned(back, [zero, zero, one])
+        graph.rotated(back, [zero, zero, one])
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! One more pass runs when code is written, over all products of a method: [`share`] finds the partial
 //! products that are computed once.
 
+mod addition_theorem;
 mod attitude;
 mod clear;
 mod collapse;
@@ -16,7 +17,6 @@ mod distribute;
 mod eliminate;
 mod motion;
 mod quotient;
-mod rotate;
 pub(crate) mod running;
 pub(crate) mod share;
 pub(crate) mod sparse;
@@ -119,12 +119,12 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
     // gather: products sorted by the coordinates of an entry's row and column
     gather_entries(graph, &mut jacobian);
 
-    // rotate: sines and cosines at the second point from those at the first. Now rows and Jacobian show all
+    // addition theorem: sines and cosines at the second point from those at the first. Now rows and Jacobian show all
     // functions that occur.
     // distribute: constants go into sums that are used once, which is known only when nothing else changes.
     let mut all: Vec<&mut NodeId> = rows.iter_mut().map(|row| &mut row.row).collect();
     all.extend(jacobian.iter_mut().flatten());
-    rotate::rewrite(graph, &mut all);
+    addition_theorem::rewrite(graph, &mut all);
     distribute::rewrite(graph, &mut all);
 
     Unknowns {
@@ -263,10 +263,10 @@ pub(crate) fn motion(
 
     // attitudes: forms in the components of quaternions are multiplied out where that costs less
     if !graph.rotations().is_empty() {
-        let mut turned = all.clone();
-        graph.rewrite_all(&mut turned, &mut Attitudes::default());
-        if cost(graph, &turned) < cost(graph, &all) {
-            all = turned;
+        let mut multiplied_out = all.clone();
+        graph.rewrite_all(&mut multiplied_out, &mut Attitudes::default());
+        if cost(graph, &multiplied_out) < cost(graph, &all) {
+            all = multiplied_out;
         }
     }
 

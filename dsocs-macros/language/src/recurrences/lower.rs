@@ -105,7 +105,7 @@ impl<'g> Lower<'g> {
             }
             Node::Powf(base, exponent) => self.powf(base, exponent),
             Node::Atan2(y, x) if self.graph.is_fixed(x) && self.graph.as_constant(x).is_none() => {
-                self.angle_beside(y, x)
+                self.angle_of_fixed_abscissa(y, x)
             }
             Node::Atan2(y, x) => self.angle(y, x),
             Node::Select(op, nodes) => {
@@ -134,7 +134,7 @@ impl<'g> Lower<'g> {
 
     /// The angle of a point whose abscissa depends on the parameters alone. If they make it zero, the angle
     /// is ±π/2 by the sign of the ordinate, which the series of the angle cannot give.
-    fn angle_beside(&mut self, y: NodeId, x: NodeId) -> Sequence {
+    fn angle_of_fixed_abscissa(&mut self, y: NodeId, x: NodeId) -> Sequence {
         let [none, one] = [0.0, 1.0].map(|value| self.graph.constant(value));
         let size = self.graph.unary(Unary::Abs, x);
         let is_zero = self.graph.select(Comparison::Le, size, none, one, none);

@@ -57,19 +57,19 @@ impl Plan {
     /// The plan of a declaration's motion.
     pub(crate) fn of(model: &Model, graph: &mut Graph) -> Self {
         let motion = motion(model, graph);
-        Self::new(graph, motion, &watched(model))
+        Self::new(graph, motion, &hidden_jumps(model))
     }
 
-    /// The plan of a motion. `watched` are functions in which the declaration jumps although the motion does
+    /// The plan of a motion. `hidden_jumps` are functions in which the declaration jumps although the motion does
     /// not show it.
-    pub(crate) fn new(graph: &mut Graph, motion: Motion, watched: &[NodeId]) -> Self {
+    pub(crate) fn new(graph: &mut Graph, motion: Motion, hidden_jumps: &[NodeId]) -> Self {
         let beyond_order_0 = [motion.accelerations.as_slice(), &motion.rows].concat();
         let mut lower = Lower::new(graph, &beyond_order_0);
         let mut all =
             |nodes: &[NodeId]| -> Vec<Sequence> { nodes.iter().map(|&node| lower.lower(node)).collect() };
         let (accelerations, rows) = (all(&motion.accelerations), all(&motion.rows));
         let jacobian = all(&motion.jacobian.concat());
-        all(watched);
+        all(hidden_jumps);
         let sequences = lower.sequences;
         let switched = sequences.switched();
         let mut plan = Self {
@@ -191,7 +191,7 @@ fn motion(model: &Model, graph: &mut Graph) -> Motion {
 /// The jumps in the Lagrangian and in constraints on positions or velocities. The equations may not show
 /// them, since a derivative is that of one side: `lagrangian = dot(x).powi(2) / 2 - x.signum()` has a step in
 /// the potential, and the acceleration is zero on both sides of it.
-fn watched(model: &Model) -> Vec<NodeId> {
+fn hidden_jumps(model: &Model) -> Vec<NodeId> {
     let graph = &model.graph;
     let constraints = model.constraints.iter();
     let lower = constraints.filter(|row| row.order < 2).map(|row| row.value);

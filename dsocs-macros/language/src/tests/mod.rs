@@ -1,23 +1,16 @@
 //! Tests of the front end: the meaning of declarations, and the messages for wrong ones.
 
 mod arrays;
-mod arrays_mistakes;
-mod constraints_mistakes;
 mod each;
-mod hints;
 mod meaning;
 mod mistakes;
 mod random;
 mod rates;
-mod repair;
 mod rotations;
-mod several_mistakes;
 mod text;
 mod text_files;
 mod third_order;
-mod time_mistakes;
 mod vectors;
-mod vectors_mistakes;
 
 use proc_macro2::TokenStream;
 

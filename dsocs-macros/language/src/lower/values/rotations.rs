@@ -5,7 +5,7 @@ use syn::{BinOp, Expr};
 
 use crate::ast::{Declaration, MapRule};
 use crate::errors::{Errors, Reported};
-use crate::graph::rotation::Quaternion;
+use crate::graph::calculus::rotation::Quaternion;
 use crate::graph::{Leaf, NodeId};
 use crate::lower::expr::SIGN_OF_ROTATION;
 use crate::lower::lowering::Lowering;
@@ -40,7 +40,7 @@ impl Lowering<'_> {
         match right {
             Value::Vector(components) => {
                 if let &[x, y, z] = components.as_slice() {
-                    return Ok(Value::Vector(self.graph.turned(r, [x, y, z]).to_vec()));
+                    return Ok(Value::Vector(self.graph.rotated(r, [x, y, z]).to_vec()));
                 }
                 let message = format!("a rotation turns vectors of 3 components, found {}", right.kind());
                 Err(self.errors.at(op, message))
@@ -57,12 +57,18 @@ impl Lowering<'_> {
     }
 
     /// `-r * c`: the negative of the turned vector.
-    pub(crate) fn negated_and_turned(&mut self, op: &BinOp, left: &Expr, r: Quaternion, c: &Value) -> Valued {
+    pub(crate) fn negated_and_rotated(
+        &mut self,
+        op: &BinOp,
+        left: &Expr,
+        r: Quaternion,
+        c: &Value,
+    ) -> Valued {
         if !matches!(c, Value::Vector(_)) {
             return Err(self.errors.at(left, SIGN_OF_ROTATION));
         }
-        let turned = self.rotation_product(op, r, c)?;
-        turned.map(|component| Ok(self.graph.neg(component)))
+        let rotated = self.rotation_product(op, r, c)?;
+        rotated.map(|component| Ok(self.graph.neg(component)))
     }
 
     /// `r.inverse()`, `r.angular_velocity()` or `r.matrix()`
@@ -73,7 +79,7 @@ impl Lowering<'_> {
             "matrix" => {
                 let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
                 let axes = [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one } else { zero }));
-                let columns = axes.map(|axis| self.graph.turned(r, axis));
+                let columns = axes.map(|axis| self.graph.rotated(r, axis));
                 Ok(Value::Matrix(
                     (0..3)
                         .map(|i| columns.iter().map(|column| column[i]).collect())

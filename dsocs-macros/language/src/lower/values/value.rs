@@ -2,7 +2,7 @@
 
 use crate::errors::Reported;
 use crate::graph::NodeId;
-use crate::graph::rotation::Quaternion;
+use crate::graph::calculus::rotation::Quaternion;
 
 /// A value, unless a mistake was reported.
 pub(crate) type Valued = Result<Value, Reported>;

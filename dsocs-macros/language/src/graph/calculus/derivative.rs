@@ -1,14 +1,14 @@
 //! Forward differentiation on the graph: each node's tangent, and no node where the tangent is structurally
 //! zero.
 
-use super::rotation::SLOTS;
-use super::{Graph, Leaf, Node, NodeId, Unary};
+use crate::graph::calculus::rotation::SLOTS;
+use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::limits;
 
 /// The direction of a derivative.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Direction {
+pub(crate) enum Direction {
     /// Along one leaf.
     Of(Leaf),
     /// Along the motion: `q̇ = v`, `v̇ = a`, `ȧ = j`, and time has rate 1.

@@ -3,9 +3,9 @@
 //! Such an expression is the argument of a `signum` or of an absolute value, the difference of the two sides
 //! of a comparison, or a denominator. Runs of steps watch the signs of these *arguments*.
 
-use super::sides::{Sides, sides};
 use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::HashMap;
+use crate::mechanics::properties::sides::{Sides, sides};
 use crate::model::{Displacements, Model};
 
 /// The arguments of a declaration's switches and poles.

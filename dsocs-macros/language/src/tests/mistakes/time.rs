@@ -1,8 +1,8 @@
 //! Likely mistakes with time and external forces: their places and the advice.
 
-use super::mistakes::{expression, mistakes_on, one_on, statement};
-use super::{ITEM, model};
 use crate::graph::Leaf;
+use crate::tests::mistakes::{expression, mistakes_on, one_on, statement};
+use crate::tests::{ITEM, model};
 
 #[test]
 fn forces_that_are_given_are_external_forces() {

@@ -4,7 +4,7 @@
 //! loses a factor of `1/h` in the digits of the second difference; carrying the change through every operation loses
 //! nothing: `Δ(m v) = m Δv`, `Δ sin x = cos x₋ sin Δx - 2 sin x₋ sin²(Δx/2)`.
 
-use super::{Graph, Leaf, Node, NodeId, Unary};
+use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 
 use crate::hash::HashMap;
 

@@ -1,8 +1,8 @@
 //! Error messages for wrong constraints, discrete expressions and named maps.
 
-use super::mistakes::{mistakes_on, one, statement};
-use super::{ITEM, model};
 use crate::model::Displacements;
+use crate::tests::mistakes::{mistakes_on, one, statement};
+use crate::tests::{ITEM, model};
 
 fn mistakes(declaration: &str) -> Vec<(String, String)> {
     mistakes_on(declaration, ITEM)

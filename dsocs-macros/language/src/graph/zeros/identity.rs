@@ -9,7 +9,7 @@
 //! unrelated unknowns, so `sin² + cos² - 1` is not recognised, and nothing is taken for zero that differs
 //! from it by more than the rounding of numbers.
 
-use super::{Graph, Leaf, Node, NodeId, Unary};
+use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 
 use crate::hash::HashMap;
 
@@ -18,13 +18,13 @@ const PRIME: u64 = (1 << 61) - 1;
 /// The exponent of [`PRIME`]: `2^61 = 1` modulo the prime.
 const EXPONENT: i32 = 61;
 /// The number of random points: two, so that one unlucky value decides nothing.
-pub(super) const POINTS: usize = 2;
+pub(crate) const POINTS: usize = 2;
 const SEEDS: [u64; POINTS] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03];
 
 /// The residues of nodes computed so far; `None` where a node has none.
-pub(super) type Residues = HashMap<NodeId, Option<u64>>;
+pub(crate) type Residues = HashMap<NodeId, Option<u64>>;
 /// The residues at each of the random points.
-pub(super) type PointResidues = [Residues; POINTS];
+pub(crate) type PointResidues = [Residues; POINTS];
 
 impl Graph {
     /// Whether the expression is zero as a rational function of its leaves, parameters and function values.
@@ -72,7 +72,7 @@ impl Graph {
     }
 
     /// The expression's value modulo the prime at a random point; `None` where a denominator is zero or a number is not finite.
-    pub(super) fn residue(&mut self, id: NodeId, point: usize) -> Option<u64> {
+    pub(crate) fn residue(&mut self, id: NodeId, point: usize) -> Option<u64> {
         let mut known = std::mem::take(&mut self.residues[point]);
         let result = self.residue_with(id, point, &mut known);
         self.residues[point] = known;
@@ -80,7 +80,7 @@ impl Graph {
     }
 
     /// As [`Graph::residue`], with some residues given: a given one is taken, whatever the node is.
-    pub(super) fn residue_with(&self, id: NodeId, point: usize, known: &mut Residues) -> Option<u64> {
+    pub(crate) fn residue_with(&self, id: NodeId, point: usize, known: &mut Residues) -> Option<u64> {
         if let Some(&known) = known.get(&id) {
             return known;
         }
@@ -121,25 +121,25 @@ impl Graph {
 }
 
 /// A power modulo the prime. The base is not zero if the exponent is negative.
-pub(super) fn signed_power(base: u64, exponent: i32) -> u64 {
+pub(crate) fn signed_power(base: u64, exponent: i32) -> u64 {
     let base = if exponent < 0 { invert(base) } else { base };
     power(base, u64::from(exponent.unsigned_abs()))
 }
 
 /// The reciprocal modulo the prime of a number that is not zero.
-pub(super) fn invert(a: u64) -> u64 {
+pub(crate) fn invert(a: u64) -> u64 {
     power(a, PRIME - 2)
 }
 
-pub(super) fn subtract(a: u64, b: u64) -> u64 {
+pub(crate) fn subtract(a: u64, b: u64) -> u64 {
     (a + (PRIME - b)) % PRIME
 }
 
-pub(super) fn add(a: u64, b: u64) -> u64 {
+pub(crate) fn add(a: u64, b: u64) -> u64 {
     (a + b) % PRIME
 }
 
-pub(super) fn multiply(a: u64, b: u64) -> u64 {
+pub(crate) fn multiply(a: u64, b: u64) -> u64 {
     // 2⁶¹ = 1 modulo the prime, so the upper bits are added to the lower ones
     let product = u128::from(a) * u128::from(b);
     let part = |bits: u128| u64::try_from(bits & u128::from(PRIME)).unwrap_or_default();
@@ -237,7 +237,7 @@ fn residue_of_dyadic(value: f64) -> u64 {
 }
 
 /// A pseudo-random number below the prime (splitmix64).
-pub(super) fn random(seed: u64) -> u64 {
+pub(crate) fn random(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

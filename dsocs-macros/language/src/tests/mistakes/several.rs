@@ -1,7 +1,7 @@
 //! Several mistakes at once, and what remains of a wrong declaration.
 
-use super::mistakes::{mistakes_on, one};
-use super::{ITEM, analyzed};
+use crate::tests::mistakes::{mistakes_on, one};
+use crate::tests::{ITEM, analyzed};
 
 #[test]
 fn the_second_of_two_names_is_shown() {

@@ -1,9 +1,17 @@
 //! Every kind of mistake: its place and its message.
 
-use super::{ITEM, analyzed};
+mod arrays;
+mod constraints;
+mod hints;
+mod repair;
+mod several;
+mod time;
+mod vectors;
+
+use crate::tests::{ITEM, analyzed};
 
 /// The tokens and the message of each mistake.
-pub(super) fn mistakes_on(declaration: &str, item: &str) -> Vec<(String, String)> {
+pub(crate) fn mistakes_on(declaration: &str, item: &str) -> Vec<(String, String)> {
     let Err(mistakes) = analyzed(declaration, item) else {
         return Vec::new();
     };
@@ -17,12 +25,12 @@ pub(super) fn mistakes_on(declaration: &str, item: &str) -> Vec<(String, String)
 
 /// Asserts that a declaration has one mistake, at `place`, whose message contains `message`.
 #[track_caller]
-pub(super) fn one(declaration: &str, place: &str, message: &str) {
+pub(crate) fn one(declaration: &str, place: &str, message: &str) {
     one_on(declaration, ITEM, place, message);
 }
 
 #[track_caller]
-pub(super) fn one_on(declaration: &str, item: &str, place: &str, message: &str) {
+pub(crate) fn one_on(declaration: &str, item: &str, place: &str, message: &str) {
     let found = mistakes_on(declaration, item);
     let right = found.len() == 1 && found[0].0 == place && found[0].1.contains(message);
     assert!(right, "expected `{message}` at `{place}`, found {found:#?}");
@@ -30,7 +38,7 @@ pub(super) fn one_on(declaration: &str, item: &str, place: &str, message: &str) 
 
 /// A mistake in an expression of the motion.
 #[track_caller]
-pub(super) fn expression(expression: &str, place: &str, message: &str) {
+pub(crate) fn expression(expression: &str, place: &str, message: &str) {
     one(
         &format!("coordinates(x, y); let e = {expression}; lagrangian = e * e;"),
         place,
@@ -50,7 +58,7 @@ fn map(closure: &str, place: &str, message: &str) {
 
 /// A mistake in statements after the coordinates and the Lagrangian.
 #[track_caller]
-pub(super) fn statement(statements: &str, place: &str, message: &str) {
+pub(crate) fn statement(statements: &str, place: &str, message: &str) {
     one(
         &format!("coordinates(x, y); lagrangian = dot(x) * dot(y); {statements}"),
         place,

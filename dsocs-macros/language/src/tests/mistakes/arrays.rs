@@ -1,6 +1,6 @@
 //! Error messages for wrong arrays, sums and functions.
 
-use super::mistakes::{one, one_on};
+use crate::tests::mistakes::{one, one_on};
 
 /// A mistake in an expression of `x` and `theta: [8]`.
 #[track_caller]

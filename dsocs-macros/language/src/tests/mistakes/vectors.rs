@@ -1,7 +1,7 @@
 //! Error messages for wrong vectors and matrices.
 
-use super::mistakes::{one, one_on};
 use crate::read;
+use crate::tests::mistakes::{one, one_on};
 
 /// A mistake in an expression of `x: [3]`, `y: [2]` and `s`.
 #[track_caller]

@@ -1,7 +1,7 @@
 //! Hints for misspelt or foreign names, and warnings about declarations without effect.
 
-use super::mistakes::{expression, mistakes_on, one, one_on, statement};
-use super::{ITEM, model};
+use crate::tests::mistakes::{expression, mistakes_on, one, one_on, statement};
+use crate::tests::{ITEM, model};
 
 /// Notations of other languages, and the hints for them.
 #[test]

@@ -10,12 +10,12 @@
 //! by the momenta at the nodes instead. That map is symmetric if `L_d` is: if it stays the same when its
 //! nodes are exchanged and `h` becomes `-h`.
 
-use super::force::quadrature_points;
-use super::nodes::{LeafOf, Nodes};
-use super::step::StepEquations;
 use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::hash::HashMap;
+use crate::mechanics::force::quadrature_points;
+use crate::mechanics::nodes::{LeafOf, Nodes};
+use crate::mechanics::step::StepEquations;
 use crate::model::{Model, PairPoint, TriplePoint};
 
 /// Whether steps of different lengths can be composed, or why not. The variants are those of
@@ -69,7 +69,7 @@ impl Symmetry {
             return Self::by_momenta(model, &mut declared);
         }
         let mut graph = graph.clone();
-        let continuous = super::continuous(model, &mut graph);
+        let continuous = crate::mechanics::continuous(model, &mut graph);
         let point = parabola(&mut graph, model.coordinates.len());
         let mut merge = Merge::default();
         let mut at_point = Substitution::new(&point);
@@ -140,7 +140,7 @@ impl Symmetry {
 }
 
 /// Whether `L_d` stays the same when its nodes are exchanged and `h` becomes `-h`. The paper's map counts as
-/// the trapezoid, see [`super::momentum_at_second_node`].
+/// the trapezoid, see [`crate::mechanics::momentum_at_second_node`].
 fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     let h = graph.leaf(Leaf::H);
     let mut exchanged = HashMap::from_iter([

@@ -25,7 +25,7 @@ pub(crate) fn is_no_factor(model: &Model, place: usize) -> bool {
         return false;
     };
     let mut graph = model.graph.clone();
-    let equations = super::continuous(model, &mut graph);
+    let equations = crate::mechanics::continuous(model, &mut graph);
     let mut zeros = vec![factor];
     for (other, row) in equations.rows.iter().enumerate() {
         if other != place {
@@ -36,7 +36,7 @@ pub(crate) fn is_no_factor(model: &Model, place: usize) -> bool {
         }
     }
     if model.constraints.iter().any(|row| row.kind != Kind::Kinematic) {
-        zeros.extend(super::phase(model, &mut graph));
+        zeros.extend(crate::mechanics::phase(model, &mut graph));
     }
     let constraint = equations.rows[place].value;
     let trial = Trial::new(&mut graph, &zeros, constraint);

@@ -1,6 +1,6 @@
 //! The order in the step with which an expression vanishes.
 
-use super::{Graph, Leaf, Node, NodeId};
+use crate::graph::{Graph, Leaf, Node, NodeId};
 
 use crate::hash::HashMap;
 
@@ -57,7 +57,7 @@ mod tests {
         let zero = graph.constant(0.0);
         let velocity = graph.div(d, h);
         let acceleration = graph.mul(e, velocity);
-        let sine = graph.unary(super::super::Unary::Sin, q);
+        let sine = graph.unary(crate::graph::Unary::Sin, q);
         let force = graph.mul(h, sine);
         let sum = graph.add(force, velocity);
         let powers = [h, d, e, q, zero, velocity, acceleration, force, sum].map(|id| graph.power_of_step(id));

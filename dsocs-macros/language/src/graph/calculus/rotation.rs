@@ -9,8 +9,8 @@
 //! a leg is `T(x)` by its second node and `-T(-x)` by its first, where `T(x)` is the inverse of the left
 //! tangent of `τ`. All other derivatives follow by the chain rule.
 
-use super::derivative::Direction;
-use super::{Graph, Leaf, NodeId, Unary};
+use crate::graph::calculus::derivative::Direction;
+use crate::graph::{Graph, Leaf, NodeId, Unary};
 
 /// The number of slots of a rotation.
 pub(crate) const SLOTS: usize = 4;
@@ -42,7 +42,7 @@ impl Graph {
 
     /// Whether a leaf is a component of a rotation's position or of its increment, whose derivatives are not
     /// those of numbers.
-    pub(super) fn is_of_rotation(&self, leaf: Leaf) -> bool {
+    pub(crate) fn is_of_rotation(&self, leaf: Leaf) -> bool {
         match leaf {
             Leaf::Q(i) | Leaf::X0(i) | Leaf::X1(i) | Leaf::Chord(i) => self.rotation_at(i).is_some(),
             _ => false,
@@ -51,7 +51,7 @@ impl Graph {
 
     /// The leaves that vary in the direction of a leaf: the leaf itself or, of a rotation, all components of
     /// the node and of the increment.
-    pub(super) fn leaves_varying_with(&self, leaf: Leaf) -> [Option<Leaf>; 2 * SLOTS] {
+    pub(crate) fn leaves_varying_with(&self, leaf: Leaf) -> [Option<Leaf>; 2 * SLOTS] {
         let mut leaves = [None; 2 * SLOTS];
         let node: LeafOf = match leaf {
             Leaf::Q(_) => Leaf::Q,
@@ -72,7 +72,7 @@ impl Graph {
     }
 
     /// The derivative of a component of a rotation, or of its increment, in a direction.
-    pub(super) fn rotation_derivative(&mut self, leaf: Leaf, direction: Direction) -> NodeId {
+    pub(crate) fn rotation_derivative(&mut self, leaf: Leaf, direction: Direction) -> NodeId {
         let zero = self.constant(0.0);
         let Some(slot) = leaf.place() else { return zero };
         let Some(first) = self.rotation_at(slot) else {
@@ -268,7 +268,7 @@ impl Graph {
     }
 
     /// A vector in the frame of the body, turned into the frame of space: `v + 2 w (u × v) + 2 u × (u × v)`.
-    pub(crate) fn turned(&mut self, [w, u @ ..]: Quaternion, v: [NodeId; 3]) -> [NodeId; 3] {
+    pub(crate) fn rotated(&mut self, [w, u @ ..]: Quaternion, v: [NodeId; 3]) -> [NodeId; 3] {
         let once = self.cross(u, v);
         let twice = self.cross(u, once);
         [0, 1, 2].map(|i| {

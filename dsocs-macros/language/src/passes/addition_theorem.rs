@@ -1,4 +1,4 @@
-//! Sines and cosines at the second point, from those at the first.
+//! Sines and cosines at the second point from those at the first, by the addition theorem.
 //!
 //! The change of a momentum needs the sine and cosine of half an angle's change (see [`crate::graph`],
 //! `difference`), and the momentum itself those of the angle after the change. The latter follow from those
@@ -16,23 +16,23 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
         .iter()
         .copied()
         .partition(|&angle| is_unknown(graph, angle));
-    let mut turned = HashMap::default();
+    let mut changes = HashMap::default();
     for &after in &late {
         for &half in &late {
             let before = graph.linear(0.0, &[(after, 1.0), (half, -2.0)]);
             if half != after && early.contains(&before) {
-                turned.insert(after, [before, half]);
+                changes.insert(after, [before, half]);
             }
         }
     }
-    if turned.is_empty() {
+    if changes.is_empty() {
         return;
     }
-    let mut rotate = Rotate {
-        turned,
+    let mut pass = AdditionTheorem {
+        changes,
         memory: Memory::default(),
     };
-    graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut rotate);
+    graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut pass);
 }
 
 /// The arguments of all sines and cosines in some expressions.
@@ -50,12 +50,12 @@ fn is_unknown(graph: &Graph, id: NodeId) -> bool {
 }
 
 /// For each angle after a change, the angle before and half of the change.
-struct Rotate {
-    turned: HashMap<NodeId, [NodeId; 2]>,
+struct AdditionTheorem {
+    changes: HashMap<NodeId, [NodeId; 2]>,
     memory: Memory,
 }
 
-impl Pass for Rotate {
+impl Pass for AdditionTheorem {
     fn memory(&mut self) -> &mut Memory {
         &mut self.memory
     }
@@ -64,7 +64,7 @@ impl Pass for Rotate {
         let Node::Unary(op @ (Unary::Sin | Unary::Cos), angle) = *graph.node(id) else {
             return None;
         };
-        let &[before, half] = self.turned.get(&angle)?;
+        let &[before, half] = self.changes.get(&angle)?;
         let start = graph.unary(op, before);
         let change = graph.sine_change(op, before, half);
         Some(graph.add(start, change))

@@ -2,7 +2,7 @@
 //!
 //! Nothing is known of a parameter: a stiffness may be zero, and so may the sum of a mass and a stiffness.
 //! Division by such a coefficient is safe only if the rows are singular anyhow where it is zero, as with a
-//! mass that multiplies a whole row. That is decided as in [`super::identity`]: each way in which the
+//! mass that multiplies a whole row. That is decided as in [`crate::graph::zeros::identity`]: each way in which the
 //! coefficient can become zero is put into the rows' slopes, and their determinant is evaluated modulo the
 //! prime. A determinant that is zero at the random points counts as zero. Where one is not, or where not all
 //! zeros of the coefficient are found, the answer is no.
@@ -11,8 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::hash::HashMap;
 
-use super::identity::{POINTS, Residues, add, invert, multiply, random, signed_power, subtract};
-use super::{Graph, Node, NodeId, Unary};
+use crate::graph::zeros::identity::{
+    POINTS, Residues, add, invert, multiply, random, signed_power, subtract,
+};
+use crate::graph::{Graph, Node, NodeId, Unary};
 
 /// Seeds for the values of an atom at which an expression is evaluated.
 const SAMPLES: [u64; 3] = [3, 5, 7];

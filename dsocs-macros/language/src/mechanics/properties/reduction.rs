@@ -4,8 +4,8 @@
 
 use std::ops::Range;
 
-use super::nodes::Nodes;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
+use crate::mechanics::nodes::Nodes;
 use crate::model::{Displacements, Kind, Model, PairPoint, TriplePoint};
 
 /// A search for the positions of some coordinates in the expressions of a model.

@@ -1,0 +1,5 @@
+//! Where expressions vanish: everywhere, nowhere, or with the step.
+
+pub(crate) mod identity;
+pub(crate) mod nonzero;
+mod power;
