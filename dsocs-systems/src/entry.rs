@@ -31,62 +31,44 @@
 //! assert_eq!(entry.summary(), "A mass on a spring");
 //! ```
 
-mod any_system;
-mod beginning;
+mod checks;
 mod columns;
+mod defaults;
 mod description;
 mod drawing;
 mod error;
-mod failure;
-mod held_inputs;
-#[cfg(feature = "sweep")]
-mod lanes;
 mod name;
-mod plan;
-#[cfg(feature = "sweep")]
-mod point;
-mod reference;
 mod run;
 mod shipped;
-mod solid;
 mod symmetry;
 mod text;
+mod verify;
 
 use std::fmt;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-#[cfg(feature = "sweep")]
-use dsocs_core::Declaration;
 use dsocs_core::text::{Run as TextRun, Table, Text};
-use dsocs_core::{Kernel, Quantity, Samples, SetupError, System};
+use dsocs_core::{Kernel, Quantity, Samples, System};
 
-use crate::check::orders::{MAPS, Orders, Variant};
-use crate::check::{self, Expected, Finding, Settings};
+use crate::check::Expected;
 
-pub use any_system::ExtraParameter;
-pub(crate) use any_system::{Motions, TypedSystem};
-pub use beginning::Beginning;
 pub use columns::{Column, Row, columns, is_closed};
 pub(crate) use columns::{constraint_power, energy_terms};
 pub use description::{Description, Kind};
-pub use drawing::{Drawing, Parameters, Shape};
+pub(crate) use drawing::Face;
+pub use drawing::{Drawing, Parameters, Shape, Solid, about, along, rotated};
 pub use error::{CheckFailure, EntryError, Mistake};
-pub use failure::RunFailure;
-#[cfg(feature = "sweep")]
-pub use lanes::{VariedParameter, can_share_lanes};
 pub use name::UnknownName;
-pub use plan::{HeldInput, Method, Plan};
+pub use run::{Beginning, ExtraParameter, HeldInput, Method, Plan, RunFailure};
 #[cfg(feature = "sweep")]
-pub use point::{EventQuantity, RunItem, WatchedEvent, failure_code};
+pub use run::{EventQuantity, RunItem, VariedParameter, WatchedEvent, can_share_lanes, failure_code};
+pub(crate) use run::{Motions, TypedSystem};
 pub use shipped::Shipped;
-pub(crate) use solid::Face;
-pub use solid::{Solid, about, along, turned};
 pub use symmetry::Symmetry;
 pub use text::NoText;
 
-use any_system::{AnySystem, EntrySystem};
 use drawing::DrawingFunction;
+use run::{AnySystem, EntrySystem};
 
 /// The default step, in s, if neither the entry nor the command line sets one.
 pub const STEP: f64 = 0.01;
@@ -239,140 +221,6 @@ impl Entry {
             order: 2.0,
             reversible: true,
         }
-    }
-
-    /// Gives another name than the type's.
-    #[must_use]
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
-    }
-
-    /// Gives another summary than the first sentence of the type's documentation.
-    #[must_use]
-    pub fn described(mut self, summary: impl Into<String>) -> Self {
-        self.summary = summary.into();
-        self
-    }
-
-    /// Sets the literature source of the system.
-    #[must_use]
-    pub fn source(mut self, source: impl Into<String>) -> Self {
-        self.source = Some(source.into());
-        self
-    }
-
-    /// Sets the default start of a run: the position `q0` and the velocity `v0`, with one number for each coordinate.
-    #[must_use]
-    pub fn start<const N: usize>(mut self, q0: [f64; N], v0: [f64; N]) -> Self {
-        self.start = Some([q0.to_vec(), v0.to_vec()]);
-        self
-    }
-
-    /// Sets the default start of a run of a system with a constraint of third order: position `q0`, velocity `v0` and acceleration `a0`.
-    #[must_use]
-    pub fn start_with_acceleration<const N: usize>(self, q0: [f64; N], v0: [f64; N], a0: [f64; N]) -> Self {
-        Self {
-            acceleration: Some(a0.to_vec()),
-            ..self.start(q0, v0)
-        }
-    }
-
-    /// Sets the acceleration near which the initial one is looked for by default, where the equations have
-    /// several solutions.
-    #[must_use]
-    pub fn near_acceleration<const N: usize>(mut self, a0: [f64; N]) -> Self {
-        self.near = Some(a0.to_vec());
-        self
-    }
-
-    /// Moves the start onto the constraints on positions and velocities by default, by the smallest change to first order. Without it a start that violates them is
-    /// refused.
-    #[must_use]
-    pub fn projected(mut self) -> Self {
-        self.project = true;
-        self
-    }
-
-    /// Sets the default step of a run, in s; negative to run back in time.
-    #[must_use]
-    pub fn step(mut self, h: f64) -> Self {
-        self.step = h;
-        self
-    }
-
-    /// Sets the default end of a run, in s.
-    #[must_use]
-    pub fn until(mut self, until: f64) -> Self {
-        self.until = until;
-        self
-    }
-
-    /// Sets the default end of the motion that `check` follows, in s. Unless set, it is that of a run.
-    #[must_use]
-    pub fn checked_until(mut self, until: f64) -> Self {
-        self.checked = Some(until);
-        self
-    }
-
-    /// Adds a symmetry of the Lagrangian, given by its infinitesimal generator `ξ_Q(q)`, a velocity of the configuration. `check`
-    /// tests its momentum law on the motion.
-    #[must_use]
-    pub fn symmetry<const N: usize>(
-        mut self,
-        name: impl Into<String>,
-        generator: impl Fn(&[f64; N]) -> [f64; N] + Send + Sync + 'static,
-    ) -> Self {
-        self.symmetries.push(Symmetry::new(name, generator));
-        self
-    }
-
-    /// Sets how the mechanism is drawn at a position, with its parameters. The page of a run (`run --report`) shows it moving. The function has
-    /// to return the same shapes in the same order for every position. Without a drawing the page draws a path.
-    ///
-    /// ```
-    /// use dsocs_core::dsocs;
-    /// use dsocs_systems::Entry;
-    /// use dsocs_systems::entry::{Drawing, Parameters};
-    ///
-    /// /// A pendulum.
-    /// #[dsocs {
-    ///     coordinates(theta);
-    ///     lagrangian = (length * dot(theta)).powi(2) / 2 + 9.81 * length * theta.cos();
-    /// }]
-    /// #[derive(Clone)]
-    /// struct Pendulum { length: f64 }
-    ///
-    /// let entry = Entry::new(Pendulum { length: 1.0 })
-    ///     .start([1.0], [0.0])
-    ///     .drawn(|[theta]: &[f64; 1], parameters: &Parameters| {
-    ///         let length = parameters.get("length");
-    ///         let bob = [length * theta.sin(), -length * theta.cos()];
-    ///         Drawing::new().trail(bob).rod([0.0, 0.0], bob).point(bob)
-    ///     });
-    /// assert!(entry.verify().is_ok());
-    /// ```
-    #[must_use]
-    pub fn drawn<const N: usize>(
-        mut self,
-        draw: impl Fn(&[f64; N], &Parameters) -> Drawing + Send + Sync + 'static,
-    ) -> Self {
-        self.drawn = Some(DrawingFunction::new(draw));
-        self
-    }
-
-    /// Sets the order of the scheme that `check` expects (2 by default).
-    #[must_use]
-    pub fn order(mut self, order: f64) -> Self {
-        self.order = order;
-        self
-    }
-
-    /// States that the step with `−h` is not the inverse of the step with `h`. Then `check` reports the difference, and does not fail.
-    #[must_use]
-    pub fn irreversible(mut self) -> Self {
-        self.reversible = false;
-        self
     }
 }
 
@@ -540,70 +388,6 @@ impl Entry {
         }
     }
 
-    /// Runs as planned and hands each node to `sink`, which may end the run.
-    ///
-    /// # Errors
-    ///
-    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
-    pub fn run(
-        &self,
-        plan: &Plan,
-        beginning: &Beginning,
-        sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
-    ) -> Result<(), RunFailure> {
-        run::run(&*self.system, plan, beginning, sink)
-    }
-
-    /// Runs as planned, to the end or to the first event that ends the run, and returns the index of this
-    /// event among those `watched`. `sink` gets the events, each node if `nodes` is set, and the point where
-    /// the run ended. For a run that fails, this is its last node.
-    ///
-    /// # Errors
-    ///
-    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
-    #[cfg(feature = "sweep")]
-    pub fn run_point(
-        &self,
-        plan: &Plan,
-        beginning: &Beginning,
-        watched: &[WatchedEvent],
-        nodes: bool,
-        sink: &mut dyn FnMut(RunItem<'_>),
-    ) -> Result<Option<usize>, RunFailure> {
-        let plan = &*plan.with_own_values(&*self.system);
-        let request = point::ObservedRun { plan, watched, nodes };
-        let mut ended = None;
-        run::with_run(&*self.system, plan, beginning, &mut |run, system| {
-            let system = Declaration::of(system.kernel());
-            ended = point::run_point(run, &system, &request, sink)?;
-            Ok(())
-        })?;
-        Ok(ended)
-    }
-
-    /// Whether sweeps run in lanes ([`Entry::in_lanes`]).
-    #[cfg(feature = "sweep")]
-    #[must_use]
-    pub fn has_lanes(&self) -> bool {
-        self.system.has_lanes()
-    }
-
-    /// Runs several points to their ends side by side, each from its beginning and with its values of the
-    /// parameters that vary, and passes the last node of each to `sink`, with its index. Points that fail are
-    /// left out: [`Entry::run_point`] gives the reason. Returns whether this could be done.
-    #[cfg(feature = "sweep")]
-    pub fn run_in_lanes(
-        &self,
-        plan: &Plan,
-        beginnings: &[Beginning],
-        parameters: &[VariedParameter],
-        sink: &mut dyn FnMut(usize, &Row<'_>),
-    ) -> bool {
-        let shape = self.kernel().shape();
-        let all_fit = beginnings.iter().all(|beginning| beginning.fits(shape).is_ok());
-        all_fit && self.system.run_in_lanes(plan, beginnings, parameters, sink)
-    }
-
     /// A copy with the same system, start, step and end, for another thread. It has neither a drawing nor the
     /// settings of checks.
     #[cfg(feature = "sweep")]
@@ -621,245 +405,6 @@ impl Entry {
             step: self.step,
             until: self.until,
             ..Self::of(self.system.copy())
-        }
-    }
-
-    /// Checks the paper's theorems on a motion of the system. It ends at [`Entry::checked_end`] unless the settings have another end.
-    ///
-    /// # Errors
-    ///
-    /// [`CheckFailure`] if the motion cannot be computed.
-    pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
-        let default_duration = self.checked_end().abs() * settings.h.signum();
-        let shape = self.kernel().shape();
-        beginning::fits("q0", settings.q0, shape)?;
-        beginning::fits("v0", settings.v0, shape)?;
-        if self.system.kernel().shape().is_of_third_order() {
-            let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
-            beginning::fits("a0", a0, shape)?;
-            return check::third::check_to(self.system.kernel(), self.expected(), settings, default_duration);
-        }
-        if let Some(a0) = settings.a0 {
-            beginning::fits("a0", a0, shape)?;
-        }
-        let motions: &dyn Motions = &*self.system;
-        check::check_to(
-            motions,
-            &self.symmetries,
-            self.expected(),
-            settings,
-            default_duration,
-        )
-    }
-
-    /// Measures the orders of the parts of the discrete system on a motion of it: chapter *The orders of the parts*. The motion ends after 200 steps, or at
-    /// the default end where that comes first, unless the settings have another end.
-    ///
-    /// # Errors
-    ///
-    /// [`CheckFailure`] if the motion cannot be computed, and for systems with rotations or with constraints of third order.
-    pub fn orders(&self, settings: &Settings<'_>) -> Result<Orders, CheckFailure> {
-        let shape = self.kernel().shape();
-        beginning::fits("q0", settings.q0, shape)?;
-        beginning::fits("v0", settings.v0, shape)?;
-        if let Some(a0) = settings.a0 {
-            beginning::fits("a0", a0, shape)?;
-        }
-        check::orders::orders_to(&*self.system, settings, self.until)
-    }
-
-    /// Measures the orders with each of the [`MAPS`] that its declaration admits. A system that cannot be
-    /// written as a text is measured with its own maps only.
-    ///
-    /// # Errors
-    ///
-    /// As [`Entry::orders`] for the maps as declared.
-    pub fn orders_by_map(&self, settings: &Settings<'_>) -> Result<Vec<Variant>, CheckFailure> {
-        let [_, others @ ..] = MAPS;
-        let mut variants = vec![Variant::declared(self.orders(settings)?)];
-        let Ok(text) = self.text() else {
-            return Ok(variants);
-        };
-        let samples = self.tables.iter().map(|(table, samples)| {
-            let places = samples.places().iter();
-            (
-                table.file.clone(),
-                places.map(|&place| (place, samples.at(place))).collect(),
-            )
-        });
-        let samples: Vec<(String, Vec<(f64, f64)>)> = samples.collect();
-        let shape = self.system.kernel().shape();
-        for map in others
-            .into_iter()
-            .filter(|map| map.is_for(&shape.declaration, shape.kinematic))
-        {
-            let measured = || {
-                let text = map.read(&self.name, &text, &samples)?;
-                let entry = Self::of_text(self.name.clone(), &text, text.runs.first());
-                entry.orders(settings).map_err(|failure| failure.to_string())
-            };
-            let orders = measured();
-            variants.push(Variant { map, orders });
-        }
-        Ok(variants)
-    }
-
-    /// The position and the velocity of settings, projected onto the constraints by the smallest change.
-    pub(crate) fn projected_state(&self, settings: &Settings<'_>) -> Result<[Vec<f64>; 2], CheckFailure> {
-        let shape = self.kernel().shape();
-        beginning::fits("q0", settings.q0, shape)?;
-        beginning::fits("v0", settings.v0, shape)?;
-        check::projected(&*self.system, settings)
-    }
-
-    /// Looks for mistakes in the parts that the entry adds to the declaration.
-    ///
-    /// # Errors
-    ///
-    /// [`EntryError`] for the first mistake.
-    pub fn verify(&self) -> Result<(), EntryError> {
-        let coordinates = self.description.coordinates.len();
-        let fail = |cause| {
-            Err(EntryError {
-                name: self.name.clone(),
-                cause,
-            })
-        };
-        let vectors = self.start.iter().flatten().zip(["q0", "v0"]);
-        let accelerations = self.acceleration.iter().chain(&self.near);
-        let vectors = vectors.chain(accelerations.map(|a0| (a0, "a0")));
-        let vectors = vectors.map(|(vector, name)| (format!("{name} of its start"), vector.len()));
-        let generators = self.symmetries.iter();
-        let generators = generators.map(|symmetry| {
-            (
-                format!("its symmetry `{}`", symmetry.name()),
-                symmetry.components(),
-            )
-        });
-        let drawn = self
-            .drawn
-            .iter()
-            .map(|drawn| ("its drawing".to_owned(), drawn.components));
-        for (what, found) in vectors.chain(generators).chain(drawn) {
-            if found != coordinates {
-                return fail(Mistake::Length {
-                    what,
-                    found,
-                    coordinates: self.description.names().map(str::to_owned).collect(),
-                });
-            }
-        }
-        if self.name.is_empty() || self.name.starts_with('-') || self.name.contains(char::is_whitespace) {
-            return fail(Mistake::Name);
-        }
-        if let Some(drawn) = &self.drawn {
-            let parameters = &self.description.parameters;
-            let values = Parameters::new(parameters.iter().map(|parameter| (parameter.clone(), 1.0)));
-            let zeros = vec![0.0; coordinates];
-            let _drawing = (drawn.draw)(self.start.as_ref().map_or(&zeros, |[q0, _]| q0), &values);
-            if let Some(name) = values.unknown_name() {
-                let known = parameters.iter().map(|parameter| parameter.name.clone());
-                return fail(Mistake::Parameter(UnknownName::new("parameter", name, known)));
-            }
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use dsocs_core::dsocs;
-
-    /// A mass on a rod,
-    /// in a plane.
-    ///
-    /// Not part of the summary.
-    #[dsocs {
-        coordinates(
-            /// The position [m]
-            x,
-            /// The height [m]
-            y
-        );
-        lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - mass * gravity * y;
-        holonomic = x.powi(2) + y.powi(2) - length.powi(2);
-    }]
-    #[derive(Clone)]
-    struct PlanarPendulum {
-        mass: f64,
-        length: f64,
-        gravity: f64,
-    }
-
-    const PENDULUM: PlanarPendulum = PlanarPendulum {
-        mass: 1.0,
-        length: 1.0,
-        gravity: 9.81,
-    };
-
-    /// A rod whose one end slides along itself.
-    #[dsocs {
-        coordinates(x, y, u, w);
-        lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(u).powi(2) + dot(w).powi(2)) / 2;
-        holonomic = (x - u).powi(2) + (y - w).powi(2) - 1;
-        nonholonomic = dot(x) * (w - y) - dot(y) * (u - x);
-    }]
-    #[derive(Clone)]
-    struct RodAndWheel {}
-
-    #[test]
-    fn an_entry_says_what_its_declaration_says() {
-        let mut entry = Entry::new(PENDULUM);
-        assert_eq!(entry.name(), "planar-pendulum");
-        assert_eq!(entry.summary(), "A mass on a rod, in a plane");
-        assert_eq!(entry.kind(), Kind::Holonomic);
-        assert_eq!(Entry::new(RodAndWheel {}).kind(), Kind::Mixed);
-        let units: Vec<_> = entry
-            .description()
-            .coordinates
-            .iter()
-            .map(Quantity::unit)
-            .collect();
-        assert_eq!(units, [Some("m"), Some("m")]);
-        entry.set("length", 2.0).unwrap();
-        let lengths = entry
-            .parameters()
-            .into_iter()
-            .filter(|(of, _)| of.name == "length");
-        assert_eq!(lengths.map(|(_, value)| value).collect::<Vec<_>>(), [2.0]);
-        let error = entry.set("lenght", 2.0).unwrap_err();
-        assert_eq!(error.nearest.as_deref(), Some("length"));
-        assert!(
-            error.to_string().contains("known: mass, length, gravity"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn what_contradicts_the_declaration_is_told() {
-        let entry = || Entry::new(PENDULUM);
-        assert_eq!(entry().verify(), Ok(()));
-        for (entry, expected) in [
-            (
-                entry().start([0.0], [0.0]),
-                "q0 of its start has 1 component, but there are 2 coordinates: x, y",
-            ),
-            (
-                entry().symmetry("rotation", |[x, y, _]| [-y, *x, 0.0]),
-                "its symmetry `rotation` has 3 components, but",
-            ),
-            (
-                entry().drawn(|[x, _]: &[f64; 2], parameters| {
-                    Drawing::new().point([*x, parameters.get("lenght")])
-                }),
-                "no parameter `lenght` (did you mean `length`?)",
-            ),
-            (entry().named("a pendulum"), "has no blanks"),
-            (entry().named(""), "is not empty"),
-        ] {
-            let error = entry.verify().unwrap_err().to_string();
-            assert!(error.contains(expected), "{error}");
         }
     }
 }

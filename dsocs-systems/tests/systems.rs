@@ -132,7 +132,7 @@ mod texts {
 
     use dsocs_core::Quantity;
     use dsocs_systems::Entry;
-    use dsocs_systems::entry::{Beginning, Method, Plan, Shape, turned};
+    use dsocs_systems::entry::{Beginning, Method, Plan, Shape, rotated};
     use dsocs_systems::systems::{quaternion_top, texts::TEXTS};
 
     /// The entry of the text of this name.
@@ -339,7 +339,7 @@ mod texts {
             let nodes = nodes(&coin, h, 2.0, Method::Step);
             let off = nodes.iter().map(|node| {
                 let [w, x, y, z] = [0, 1, 2, 3].map(|i| node.q[i]);
-                let third = [0.0, 1.0].map(|axis| turned([w, x, y, z], [1.0 - axis, axis, 0.0])[2]);
+                let third = [0.0, 1.0].map(|axis| rotated([w, x, y, z], [1.0 - axis, axis, 0.0])[2]);
                 node.q[6] - 0.6 * third[0].hypot(third[1])
             });
             off.fold(0.0_f64, |most, off| most.max(off.abs()))
@@ -354,7 +354,7 @@ mod texts {
             let mut joint = [0.0; 3];
             let (bodies, _) = node.q.as_chunks::<7>();
             for &[w, x, y, z, at @ ..] in bodies {
-                let half = turned([w, x, y, z], [0.0, 0.0, -0.225]);
+                let half = rotated([w, x, y, z], [0.0, 0.0, -0.225]);
                 for i in 0..3 {
                     assert!((at[i] - half[i] - joint[i]).abs() < 1e-13, "{}", node.t);
                 }

@@ -4,24 +4,12 @@
 //! *bar*). Where an equation should hold to rounding, the figure is relative to the size of the equation's terms, and the bar is a
 //! small multiple of the unit round-off.
 
-mod beginning;
-mod checked_motion;
-mod contact;
-mod continuous;
-mod dependence;
-mod equations;
-mod extrapolation;
-mod flow;
-mod large_numbers;
-mod momentum;
-mod motions;
+mod motion;
 mod order;
 pub mod orders;
-mod power;
-mod rest;
-mod roots;
+mod reasons;
 mod rotations;
-mod symplectic;
+mod theorems;
 pub(crate) mod third;
 
 use std::error::Error;
@@ -32,10 +20,11 @@ use dsocs_core::{NearlySingular, RunError, System, Unresolved};
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
 use crate::stability::{Bar, measured_or_reason, number};
 
-use checked_motion::{CheckedMotion, states_at};
-use dependence::NearlyDependentConstraint;
-use large_numbers::RoundingOfLargeNumbers;
-use motions::{DoubtfulSteps, MotionNode, State};
+use motion::motions::{DoubtfulSteps, MotionNode, State};
+use motion::{CheckedMotion, motions, states_at};
+use reasons::dependence::NearlyDependentConstraint;
+use reasons::large_numbers::RoundingOfLargeNumbers;
+use theorems::{contact, equations, flow, momentum, power, roots, symplectic};
 
 /// The number of steps of a motion, unless an end is given.
 const STEPS: f64 = 40.0;

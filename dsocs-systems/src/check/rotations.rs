@@ -1,16 +1,18 @@
 //! The checks of a system with rotations: those that need no forms on pairs of nodes.
 
-use dsocs_core::geometry::{self, Triple, discrete_power};
-use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
+use dsocs_core::geometry;
+use dsocs_core::{AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
-use super::contact::contact;
-use super::momentum::{LARGEST_CHANGE, LARGEST_DRIFT, relative_variation, terms};
-use super::motions::{MotionNode, SecondNode, State, certified_nodes, less, nodes_between};
-use super::order::with_finer_steps;
-use super::third::{certificates, push_slope};
-use super::{
-    CheckFindings, Expected, Finding, Measured, Report, Settings, excuse, flow, larger, motions,
-    report_reached_time,
+use crate::check::motion::motions;
+use crate::check::motion::motions::{MotionNode, SecondNode, State, certified_nodes, less, nodes_between};
+use crate::check::order::between_steps::{ORDER_DEFICIT, Step, balance, push_slope};
+use crate::check::order::with_finer_steps;
+use crate::check::theorems::contact::contact;
+use crate::check::theorems::flow;
+use crate::check::theorems::momentum::{LARGEST_CHANGE, LARGEST_DRIFT, relative_variation, terms};
+use crate::check::third::certificates;
+use crate::check::{
+    CheckFindings, Expected, Finding, Measured, Report, Settings, excuse, larger, report_reached_time,
 };
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use crate::stability::Bar;
@@ -28,9 +30,6 @@ const NO_WORK: f64 = 1e-14;
 
 /// The number of steps, each half of the one before.
 const HALVINGS: usize = 5;
-
-/// The largest deficit of the fitted order against the declared one.
-const ORDER_DEFICIT: f64 = 0.1;
 
 /// The tolerance of the continuous motion.
 const TOLERANCE: f64 = 1e-14;
@@ -100,10 +99,13 @@ pub fn check_to(
     });
     findings.carry_out("power balance", |report| {
         with_finer_steps((motion.h, is_excused), report, &|| false, &|parts, report| {
-            balance(&motion, parts, report);
+            let lengths = (0..HALVINGS).map(|halving| motion.h / f64::from(parts << halving));
+            let steps = |h| steps(&motion, h);
+            balance(motion.kernel, (lengths, motion.expected.order), steps, report);
         });
     });
-    let whole = super::CheckedMotion::new(system, symmetries, motion.expected, settings, default_duration)?;
+    let whole =
+        crate::check::CheckedMotion::new(system, symmetries, motion.expected, settings, default_duration)?;
     findings.carry_out("reversibility", |report| flow::step_back(&whole, report));
     findings.carry_out("contact", |report| contact(&whole, report));
     findings.carry_out("order", |report| {
@@ -249,47 +251,12 @@ fn cyclic_symmetries(kernel: &dyn Kernel) -> Vec<Symmetry> {
     all
 }
 
-/// The energy at nodes against the sum of the power of the forces: the order of the defect, with parts of the
-/// subject's step.
-fn balance(motion: &MotionWithRotations<'_>, parts: u32, report: &mut Report) {
-    let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
-        .map(|halving| {
-            let h = motion.h / f64::from(parts << halving);
-            Ok([h.abs(), missed_power(motion, h)?])
-        })
-        .collect();
-    push_slope(
-        "slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes",
-        measured,
-        Bar::AtLeast(motion.expected.order - ORDER_DEFICIT),
-        report,
-    );
-}
-
-/// The largest defect of the energy balance since the first node, relative to the energy's terms.
-fn missed_power(motion: &MotionWithRotations<'_>, h: f64) -> Measured {
-    let kernel = motion.kernel;
-    let declaration = Declaration::of(kernel);
-    let legs_of_motion = motions::legs(kernel, h, (&motion.start, motion.first), motion.until)?;
-    let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
-    let mut last: Option<(f64, f64)> = None;
-    for pair in legs_of_motion.legs.windows(2) {
-        let (leg, e) = (pair[0].clone(), less(&pair[1].d, &pair[0].d));
-        let point = declaration.point(h, leg.any(), &e);
-        let AnyPoint { t, q, v, .. } = point.any();
-        let energy = declaration.energy(t, q, v);
-        terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
-        let power = discrete_power(kernel, h, &Triple { leg, e });
-        last = Some(match last {
-            Some((first, before)) => {
-                change += h * (before + power) / 2.0;
-                missed = larger(missed, (energy - first - change).abs());
-                (first, power)
-            }
-            None => (energy, power),
-        });
-    }
-    Ok(if missed == 0.0 { 0.0 } else { missed / terms })
+/// The legs of the motion with a step, with their second differences.
+fn steps(motion: &MotionWithRotations<'_>, h: f64) -> Measured<Vec<Step>> {
+    let found = motions::legs(motion.kernel, h, (&motion.start, motion.first), motion.until)?;
+    let pairs = found.legs.windows(2);
+    let steps = pairs.map(|pair| (pair[0].clone(), less(&pair[1].d, &pair[0].d)));
+    Ok(steps.collect())
 }
 
 /// The order with parts of the motion's step: by the errors against the continuous motion or, where there is

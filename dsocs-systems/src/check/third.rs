@@ -1,12 +1,12 @@
 //! The checks of a system with constraints of third order: those that need neither a map of pairs of nodes
 //! nor a Taylor series.
 
-use dsocs_core::geometry::{Triple, discrete_power, rows_at_four_given_nodes, rows_at_given_nodes};
-use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
+use dsocs_core::geometry::{rows_at_four_given_nodes, rows_at_given_nodes};
+use dsocs_core::{Kernel, OwnedLeg, Regularity};
 
-use super::motions::{MotionNode, State, certified_nodes, less, nodes_between};
-use super::order::{above_plateau, fitted_slope};
-use super::{
+use crate::check::motion::motions::{MotionNode, State, certified_nodes, less, nodes_between};
+use crate::check::order::between_steps::{ORDER_DEFICIT, Step, balance, push_slope};
+use crate::check::{
     CheckFindings, Expected, Finding, Measured, Report, Settings, excuse, larger, report_reached_time,
     smallest,
 };
@@ -21,12 +21,6 @@ const DISTANCE_BACK: f64 = 1e-9;
 
 /// The number of steps, each half of the one before.
 const HALVINGS: usize = 6;
-
-/// A change below this part of the motion's extent may be rounding.
-const PLATEAU: f64 = 1e-10;
-
-/// The largest deficit of the fitted order against the declared one.
-const ORDER_DEFICIT: f64 = 0.1;
 
 /// A motion of third order, with its expected properties.
 struct MotionOfThirdOrder<'a> {
@@ -65,7 +59,11 @@ pub fn check_to(
         certificates(["D₄", "D₁"], &regularity, report);
     });
     findings.carry_out("equations", |report| equations(&motion, &nodes, report));
-    findings.carry_out("power balance", |report| balance(&motion, report));
+    findings.carry_out("power balance", |report| {
+        let lengths = (0..HALVINGS).map(|halving| motion.h / f64::from(1_u32 << halving));
+        let steps = |h| Ok(steps(&nodes_with_step(&motion, h)?));
+        balance(motion.system, (lengths, motion.expected.order), steps, report);
+    });
     findings.carry_out("reversibility", |report| reversibility(&motion, &nodes, report));
     findings.carry_out("order", |report| order(&motion, report));
     Ok(findings.findings)
@@ -142,53 +140,6 @@ fn equations(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut
     }
 }
 
-/// The energy at nodes against the sum of the power of the constraint force: the order of the defect.
-fn balance(motion: &MotionOfThirdOrder<'_>, report: &mut Report) {
-    let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
-        .map(|halving| {
-            let h = motion.h / f64::from(1_u32 << halving);
-            Ok([h.abs(), missed_power(motion, h)?])
-        })
-        .collect();
-    push_slope(
-        "slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes",
-        measured,
-        Bar::AtLeast(motion.expected.order - ORDER_DEFICIT),
-        report,
-    );
-}
-
-/// The largest defect of the energy balance since the first node, relative to the energy's terms.
-fn missed_power(motion: &MotionOfThirdOrder<'_>, h: f64) -> Measured {
-    let kernel = motion.system;
-    let declaration = Declaration::of(kernel);
-    let nodes = nodes_with_step(motion, h)?;
-    let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
-    let mut last: Option<(f64, f64)> = None;
-    for three in nodes.windows(3) {
-        let leg = OwnedLeg {
-            t: three[1].t,
-            q: three[1].q.clone(),
-            d: less(&three[1].q, &three[0].q),
-        };
-        let e = less(&less(&three[2].q, &three[1].q), &leg.d);
-        let point = declaration.point(h, leg.any(), &e);
-        let AnyPoint { t, q, v, .. } = point.any();
-        let energy = declaration.energy(t, q, v);
-        let power = discrete_power(kernel, h, &Triple { leg, e });
-        match last {
-            Some((first, before)) => {
-                change += h * (before + power) / 2.0;
-                missed = larger(missed, (energy - first - change).abs());
-                last = Some((first, power));
-            }
-            None => last = Some((energy, power)),
-        }
-        terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
-    }
-    Ok(if missed == 0.0 { 0.0 } else { missed / terms })
-}
-
 /// The run back from the last node.
 fn reversibility(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut Report) {
     let measured = || -> Measured {
@@ -253,30 +204,22 @@ fn order(motion: &MotionOfThirdOrder<'_>, report: &mut Report) {
     );
 }
 
+/// The legs between some nodes, with their second differences.
+fn steps(nodes: &[MotionNode]) -> Vec<Step> {
+    let triples = nodes.windows(3).map(|three| {
+        let leg = OwnedLeg {
+            t: three[1].t,
+            q: three[1].q.clone(),
+            d: less(&three[1].q, &three[0].q),
+        };
+        let e = less(&less(&three[2].q, &three[1].q), &leg.d);
+        (leg, e)
+    });
+    triples.collect()
+}
+
 /// The nodes of the motion with a step.
 fn nodes_with_step(motion: &MotionOfThirdOrder<'_>, h: f64) -> Measured<Vec<MotionNode>> {
     let times = (motion.start.t, motion.until);
     nodes_between(motion.system, h, &motion.start.third_order()?, times, false)
-}
-
-/// Fits a slope to the values above rounding.
-pub(super) fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar, report: &mut Report) {
-    let points = match measured {
-        Ok(points) => points,
-        Err(error) => {
-            report.push(what, Bar::Reported, Err(error));
-            return;
-        }
-    };
-    let fit = above_plateau(PLATEAU, points);
-    let Some(points @ [[first, _], .., [least, _]]) = fit.as_deref() else {
-        report.push(what, Bar::Reported, Ok(0.0));
-        report.note("what is measured is rounding: no order is fitted");
-        return;
-    };
-    report.push(
-        format!("{what}, h = {first:.1e} to {least:.1e}"),
-        bar,
-        Ok(fitted_slope(points)),
-    );
 }

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use super::{Program, exit_status, new, paper, report};
+use crate::cli::commands::{new, paper, report};
+use crate::cli::{Program, exit_status};
 use crate::entry::Entry;
 use crate::systems::texts::TEXTS;
 
@@ -21,7 +22,7 @@ struct Arguments {
     command: Option<Command>,
     /// The options for text files.
     #[command(flatten)]
-    file: super::file::FileArguments,
+    file: super::arguments::file::FileArguments,
     /// The options of `dsocs paper`, for a call without a command.
     #[command(flatten)]
     paper: paper::PaperArguments,

@@ -32,52 +32,16 @@
 //! Then `cargo run -- list` lists the system, `run --plot x.svg` runs it, `check` checks the paper's theorems on it, and `stability` tests
 //! its numerics; `--help` says more. If there is only one system, its name can be left out.
 
-mod accuracy;
-mod bodies;
-mod check;
-mod destination;
+pub(crate) mod arguments;
+mod commands;
 #[cfg(all(feature = "dsocs", not(test)))]
 pub mod dsocs;
-mod equilibrium;
 mod error;
-pub(crate) mod expression;
-mod file;
-#[cfg(test)]
-mod hints;
-mod input;
-mod interrupt;
-mod label;
-mod linearize;
-mod list;
-mod manual;
-#[cfg(feature = "sweep")]
-mod map;
-mod moments;
-mod motion;
-#[cfg(all(feature = "dsocs", not(test)))]
-mod new;
-mod number;
-mod orders;
+mod figures;
 mod output;
 mod page;
-#[cfg(all(feature = "dsocs", not(test)))]
-mod paper;
-mod picture;
-mod plot;
-mod progress;
-#[cfg(all(feature = "dsocs", not(test)))]
-mod report;
 #[cfg(test)]
-mod rotations;
-mod run;
-mod stability;
-mod start;
-#[cfg(feature = "sweep")]
-mod sweep;
-mod table;
-mod terminal;
-mod text;
-mod watch;
+mod tests;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -88,8 +52,14 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::entry::{Entry, EntryError, Mistake, Shipped, UnknownName};
 
+use arguments::file;
+#[cfg(feature = "sweep")]
+use commands::sweep::{self, map};
+use commands::{check, linear, list, manual, run, stability, text, watch};
+use output::terminal;
+
+pub use commands::run::run_page;
 pub use error::CliError;
-pub use run::run_page;
 
 /// Discrete second order constrained Lagrangian systems: single runs, checks, the list of systems.
 #[derive(Debug, Parser)]
@@ -122,9 +92,9 @@ enum Command {
     /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
     Check(check::CheckArguments),
     /// The linear model of a system at a state: A, B, C and D of its continuous motion, or of its step
-    Linearize(Box<linearize::LinearizeArguments>),
+    Linearize(Box<linear::linearize::LinearizeArguments>),
     /// States of rest, with their eigenvalues
-    Equilibrium(equilibrium::EquilibriumArguments),
+    Equilibrium(linear::equilibrium::EquilibriumArguments),
     /// Run a plan of many runs, on this machine or as a task of a scheduler
     #[cfg(feature = "sweep")]
     Sweep(sweep::SweepArguments),
@@ -149,8 +119,8 @@ impl Command {
             Self::Watch(arguments) => watch::watch(arguments, program),
             Self::Stability(arguments) => stability::stability(arguments, program),
             Self::Check(arguments) => check::check(arguments, program),
-            Self::Linearize(arguments) => linearize::linearize(arguments, program),
-            Self::Equilibrium(arguments) => equilibrium::equilibrium(arguments, program),
+            Self::Linearize(arguments) => linear::linearize::linearize(arguments, program),
+            Self::Equilibrium(arguments) => linear::equilibrium::equilibrium(arguments, program),
             #[cfg(feature = "sweep")]
             Self::Sweep(arguments) => sweep::sweep(arguments, program),
             #[cfg(feature = "sweep")]
@@ -436,15 +406,5 @@ impl Program {
             .collect();
         chosen.sort_by_key(|(wanted, _)| *wanted);
         Ok(chosen.into_iter().map(|(_, entry)| entry).collect())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        super::Arguments::command().debug_assert();
     }
 }

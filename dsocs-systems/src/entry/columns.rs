@@ -2,8 +2,8 @@
 
 use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, RunError, Shape, Unresolved};
 
+use super::Plan;
 use super::description::Description;
-use super::plan::Plan;
 
 /// One node of a run. Observed expressions and multipliers are computed only when the row is written: few
 /// nodes of a long run are.

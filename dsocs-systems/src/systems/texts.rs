@@ -1,6 +1,6 @@
 //! The systems that are texts: bodies that turn in space. Each is a file of the folder `texts`, which every command takes by its name.
 
-use crate::entry::{Drawing, Entry, Kind, Parameters, Shipped, Solid, about, along, turned};
+use crate::entry::{Drawing, Entry, Kind, Parameters, Shipped, Solid, about, along, rotated};
 
 /// The texts, in the order of lists.
 pub const TEXTS: [Shipped; 7] = [
@@ -73,7 +73,7 @@ fn heavy_top(entry: Entry) -> Entry {
             .solid(stem(0.0, 0.105).placed([0.0; 3], r))
             .solid(stem(0.135, 0.2).placed([0.0; 3], r))
             .solid(disc.placed([0.0; 3], r))
-            .path(turned(r, [0.0, 0.0, 0.2]))
+            .path(rotated(r, [0.0, 0.0, 0.2]))
     })
 }
 
@@ -117,7 +117,7 @@ fn suslov(entry: Entry) -> Entry {
         Drawing::new()
             .solid(Solid::axes(1.0).placed([0.0; 3], r))
             .solid(body)
-            .path(turned(r, [0.0, 0.0, 1.0]))
+            .path(rotated(r, [0.0, 0.0, 1.0]))
     })
 }
 
@@ -140,7 +140,7 @@ fn coin(entry: Entry) -> Entry {
         let up = [2.0 * (a * c - w * b), 2.0 * (b * c + w * a)];
         let norm = up[0].hypot(up[1]);
         let lowest = [-radius * up[0] / norm, -radius * up[1] / norm, 0.0];
-        let [dx, dy, _] = turned([w, a, b, c], lowest);
+        let [dx, dy, _] = rotated([w, a, b, c], lowest);
         Drawing::new()
             .solid(Solid::ground(4.0))
             .solid(Solid::cylinder(radius, radius / 12.0).placed([x, y, z], [w, a, b, c]))

@@ -4,7 +4,7 @@
 //! Neville (Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.9). It knows nothing of
 //! mechanics and conserves nothing by itself.
 
-use super::{Measured, larger};
+use crate::check::{Measured, larger};
 
 /// The number of runs of the midpoint rule from which a step is extrapolated.
 const RUNS: usize = 8;
@@ -13,17 +13,17 @@ const RUNS: usize = 8;
 const LIMITS: [usize; 2] = [60, 1_000];
 
 /// Writes the rate of change of a state, its first argument, into the second.
-pub(super) type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);
+pub type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);
 
 /// The sizes of a state's components; errors are relative to them.
-pub(super) type Sizes<'s> = &'s dyn Fn(&[f64]) -> Vec<f64>;
+pub type Sizes<'s> = &'s dyn Fn(&[f64]) -> Vec<f64>;
 
 /// The state after the time `until`, with an error per step below `tolerance`, relative to the sizes of the state's components.
 ///
 /// # Errors
 ///
 /// If the rates are not finite, or no step is small enough.
-pub(super) fn integrate(
+pub fn integrate(
     rate: Rate<'_>,
     sizes: Sizes<'_>,
     mut state: Vec<f64>,

@@ -1,16 +1,19 @@
 //! A system with the motion that it is checked on: its legs, triples and states.
 
+pub mod extrapolation;
+pub mod motions;
+
 use std::cell::OnceCell;
 use std::ops::Range;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
-use super::dependence::NearlyDependentConstraint;
-use super::large_numbers::RoundingOfLargeNumbers;
-use super::motions::{self, DoubtfulSteps, MotionLegs, SecondNode, State, less};
-use super::{Expected, Settings, excuse, larger, order};
+use crate::check::reasons::dependence::NearlyDependentConstraint;
+use crate::check::reasons::large_numbers::RoundingOfLargeNumbers;
+use crate::check::{Expected, Settings, excuse, larger, order};
 use crate::entry::{CheckFailure, Motions, Symmetry};
+use motions::{DoubtfulSteps, MotionLegs, SecondNode, State, less};
 
 /// The largest number of evenly spread triples of the motion that are tested.
 const SPREAD_TRIPLES: usize = 24;

@@ -8,7 +8,7 @@ use dsocs_core::{
     Regularity, Room, Run, RunError, SetupError, Stop, Tolerance, Unresolved,
 };
 
-use super::{Measured, Settings};
+use crate::check::{Measured, Settings};
 use crate::entry::{Beginning, CheckFailure, Motions};
 
 /// A state of the continuous motion.

@@ -1,6 +1,6 @@
 //! The order of a figure: the power of the step with which it falls.
 
-use super::super::order::fitted_slope;
+use crate::check::order::fitted_slope;
 
 /// A figure is used if it is above this many times its rounding.
 const LEAST_ROUNDINGS: f64 = 10.0;

@@ -2,10 +2,10 @@
 
 use core::slice;
 
-use super::super::order::{FOLLOWING_HALVINGS, errors, followed_nodes};
-use super::super::{CheckedMotion, larger};
 use super::fit::{Order, Sample, order, order_and_unsteadiness};
 use super::parts::{HALVINGS, LARGEST_STEP, Part, PartOrder, expansions};
+use crate::check::order::{FOLLOWING_HALVINGS, errors, followed_nodes};
+use crate::check::{CheckedMotion, larger};
 use crate::stability::number;
 
 /// The divisors of the step, tried in turn: with larger steps errors may not fall as a power yet.

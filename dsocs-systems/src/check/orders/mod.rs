@@ -17,8 +17,8 @@ pub use parts::{Part, PartOrder};
 
 use dsocs_core::{Shape, System};
 
-use super::motions::SecondNode;
-use super::{CheckedMotion, Expected, Settings, states_at};
+use crate::check::motion::motions::SecondNode;
+use crate::check::{CheckedMotion, Expected, Settings, states_at};
 use crate::entry::{CheckFailure, Kind, Motions, TypedSystem};
 
 /// The number of states of the motion at which contact is measured.

@@ -5,9 +5,9 @@ use dsocs_core::geometry::{Expansion, PartError, PartErrors, pieces};
 use dsocs_core::{AnyPoint, SetupError};
 use thiserror::Error;
 
-use super::super::motions::{State, expansion};
-use super::super::{CheckedMotion, Measured, larger};
 use super::fit::{Order, Sample, order};
+use crate::check::motion::motions::{State, expansion};
+use crate::check::{CheckedMotion, Measured, larger};
 
 /// The number of steps, each half of the one before.
 pub const HALVINGS: i32 = 20;

@@ -3,8 +3,8 @@
 
 use dsocs_core::OwnedLeg;
 
-use super::equations::LARGEST_RESIDUAL;
-use super::{CheckedMotion, larger};
+use crate::check::theorems::equations::LARGEST_RESIDUAL;
+use crate::check::{CheckedMotion, larger};
 use crate::stability::number;
 
 /// A leg below this part of the longest is short.

@@ -3,7 +3,7 @@
 
 use dsocs_core::{Declaration, DependentRow, Kernel, OwnedLeg, least_independent};
 
-use super::Finding;
+use crate::check::Finding;
 use crate::stability::{Bar, number};
 
 /// A constraint is reported if a smaller part of it is independent of the others.

@@ -4,8 +4,8 @@
 use dsocs_core::geometry::{FlowTheorem, Triple, depends_on_time};
 use dsocs_core::{Kernel, OwnedLeg};
 
-use super::motions::less;
-use super::{Finding, larger};
+use crate::check::motion::motions::less;
+use crate::check::{Finding, larger};
 use crate::stability::{Bar, number};
 
 /// The error of a figure, in units of the rounding of a time or position.

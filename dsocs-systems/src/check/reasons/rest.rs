@@ -1,8 +1,8 @@
 //! Motions that pass through rest where their law depends on the direction of the velocity.
 
-use super::beginning::size;
-use super::motions::{State, expansion};
-use super::{CheckedMotion, larger};
+use crate::check::motion::motions::{State, expansion};
+use crate::check::reasons::beginning::size;
+use crate::check::{CheckedMotion, larger};
 use crate::stability::number;
 
 /// A leg below this part of the longest is that of a motion near rest.

@@ -3,10 +3,10 @@
 //! Three nodes `q(t − h), q(t), q(t + h)` of the continuous motion do not solve the discrete equations. Their
 //! residual falls with a power of `h`, the order of contact. For `L_d` it is that of the force at a node,
 //! which does not depend on total derivatives (the difference of `h L_d` from the action does:
-//! [orders](super::orders) measures it, too).
+//! [orders](crate::check::orders) measures it, too).
 
-use super::orders::{NoSmoothState, Order, Part, contacts, expansions};
-use super::{CheckedMotion, Measured, Report};
+use crate::check::orders::{NoSmoothState, Order, Part, contacts, expansions};
+use crate::check::{CheckedMotion, Measured, Report};
 use crate::stability::Bar;
 
 /// The largest deficit of the order against the declared one.

@@ -1,16 +1,16 @@
 //! The continuous law `(Fᵗ)*Ω_L = Ω_L + dν` (paper, section 2), by quadrature along the flow.
 //!
 //! The motion, its variational equation and the integral `dν` are one system of differential equations, solved by
-//! [extrapolation](super::extrapolation), which does not conserve the law by itself.
+//! [extrapolation](crate::check::motion::extrapolation), which does not conserve the law by itself.
 
 use dsocs_core::Kernel;
 use dsocs_core::geometry::{
     Displacement, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
 };
 
-use super::extrapolation::integrate;
-use super::motions::State;
-use super::{Measured, larger};
+use crate::check::motion::extrapolation::integrate;
+use crate::check::motion::motions::State;
+use crate::check::{Measured, larger};
 
 /// The tolerance of the integration, relative to the sizes of the components.
 const TOLERANCE: f64 = 1e-13;

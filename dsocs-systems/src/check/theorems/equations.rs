@@ -7,9 +7,9 @@ use dsocs_core::geometry::{
     legendre_minus, legendre_plus, rows_at_given_nodes,
 };
 
-use super::beginning::BeginningFromRest;
-use super::motions::less;
-use super::{CheckedMotion, Report, larger, largest};
+use crate::check::motion::motions::less;
+use crate::check::reasons::beginning::BeginningFromRest;
+use crate::check::{CheckedMotion, Report, larger, largest};
 use crate::stability::Bar;
 
 /// The largest residual of a row at the written nodes, relative to the rounding of its terms.

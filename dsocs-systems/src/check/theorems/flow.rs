@@ -3,9 +3,9 @@
 use dsocs_core::AnyLeg;
 use dsocs_core::geometry::{FlowTheorem, Triple, roundings, rows_at_given_nodes};
 
-use super::equations::LARGEST_RESIDUAL;
-use super::motions::less;
-use super::{CheckedMotion, Measured, Report, larger, smallest};
+use crate::check::motion::motions::less;
+use crate::check::theorems::equations::LARGEST_RESIDUAL;
+use crate::check::{CheckedMotion, Measured, Report, larger, smallest};
 use crate::stability::Bar;
 
 /// The largest distance, in legs, between the first node and that of the step with `−h` or of the inverse

@@ -3,7 +3,7 @@
 use dsocs_core::Kernel;
 use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map, momentum_plus};
 
-use super::{CheckedMotion, Report, larger, largest};
+use crate::check::{CheckedMotion, Report, larger, largest};
 use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
 

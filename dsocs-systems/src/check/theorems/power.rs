@@ -8,9 +8,11 @@
 use dsocs_core::geometry::{Triple, discrete_power, mean_over, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
-use super::motions::{State, expansion, follow, less};
-use super::order::{CORNER_LOSS, DIVISORS, SCATTER, above_plateau, excuse, fitted_slope, with_finer_steps};
-use super::{CheckedMotion, Measured, Report, larger, largest};
+use crate::check::motion::motions::{State, expansion, follow, less};
+use crate::check::order::{
+    CORNER_LOSS, DIVISORS, SCATTER, above_plateau, excuse, fitted_slope, with_finer_steps,
+};
+use crate::check::{CheckedMotion, Measured, Report, larger, largest};
 use crate::entry::Motions;
 use crate::stability::Bar;
 

@@ -2,8 +2,8 @@
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, pair_displacements};
 
-use super::motions::expansion;
-use super::{CheckedMotion, Measured, Report, larger};
+use crate::check::motion::motions::expansion;
+use crate::check::{CheckedMotion, Measured, Report, larger};
 use crate::stability::Bar;
 
 /// The smallest distance of two solutions that are told apart, in legs.

@@ -5,7 +5,8 @@ use dsocs_core::geometry::{
 };
 use dsocs_core::{AnyLeg, AnyPoint, Declaration, Regularity};
 
-use super::{CheckedMotion, Measured, Report, continuous, larger, largest};
+use super::continuous;
+use crate::check::{CheckedMotion, Measured, Report, larger, largest};
 use crate::entry::Kind;
 use crate::stability::Bar;
 

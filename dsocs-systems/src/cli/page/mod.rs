@@ -1,5 +1,7 @@
 //! HTML pages: each is one file that loads no other, and that can be read without JavaScript.
 
+mod bodies;
+pub mod motion;
 pub mod provenance;
 mod scene;
 mod space;
@@ -11,7 +13,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::CliError;
+use crate::cli::CliError;
 
 /// The style sheet of a page.
 const STYLE: &str = include_str!("page.css");
