@@ -114,3 +114,72 @@ fn a_force_to_a_place_is_the_same_however_its_sign_is_written() {
         Ok(())
     });
 }
+
+/// 1 where `s` is positive and 0 elsewhere: signs of expressions that rest at zero.
+const ONE_SIDED: [&str; 12] = [
+    "(if s > 0 { 1 } else { 0 })",
+    "s.max(0).signum()",
+    "s.max(0).powi(2).signum()",
+    "(3 * s.max(0).sqrt()).signum()",
+    "-(-s).min(0).signum()",
+    "(s + s.abs()).signum()",
+    "(s.powi(3) + s * s * s.abs()).signum()",
+    "(s.max(0) * (2 + x.cos())).signum()",
+    "s.max(0).min(1).signum()",
+    "(if s > 0 { s } else { 0 }).signum()",
+    "(if s.max(0) > 0 { 1 } else { 0 })",
+    "(if s + s.abs() <= 0 { 0 } else { 1 })",
+];
+
+#[test]
+fn a_sign_that_rests_at_zero_is_zero_there() {
+    draws::test(6, 93, [0.5..1.5, 0.2..2.0], &|[force, push]: [f64; 2]| {
+        for sign in ONE_SIDED {
+            // a push turns a velocity of -1 to rest, where a friction that acts forwards only holds the mass if
+            // it is larger than the push
+            let text = declared(sign, "dot(x)", force * push, &format!("({push:?} * -x)"));
+            let start = Start::second_order([0.0], [-1.0]);
+            let [rests, later] = [1.0 / push, 1.5];
+            let speed = push * (1.0 - force).max(0.0) * later;
+            let expected = [0.5 * (speed * later - rests), speed];
+            let [continuous, steps] = errors(&text, start, rests + later, expected);
+            prop_assert!(continuous < 1e-8, "{sign} {force} {push}: {continuous:e}");
+            prop_assert!(steps < 3e-3, "{sign} {force} {push}: {steps:e}");
+            // into a field that begins at a place, and back
+            let text = declared(sign, "x - 0.25", force, "0 * x");
+            let start = Start::second_order([-0.75], [1.0]);
+            let until = 1.5 + 2.0 / force;
+            let [continuous, steps] = errors(&text, start, until, [-0.25, -1.0]);
+            prop_assert!(continuous < 1e-8, "{sign} {force}: {continuous:e}");
+            prop_assert!(steps < 3e-2, "{sign} {force}: {steps:e}");
+            // nothing moves a mass at the beginning of the field, or at rest
+            for s in ["x", "dot(x)"] {
+                let text = declared(sign, s, force, "0 * x");
+                let [continuous, steps] = errors(&text, Start::second_order([0.0], [0.0]), 1.0, [0.0; 2]);
+                prop_assert!(
+                    continuous < 1e-30 && steps < 1e-30,
+                    "{sign} of {s}: {continuous:e} {steps:e}"
+                );
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_force_outside_of_a_dead_band_is_none_within() {
+    // a relay with a dead band: thrust towards the middle from outside
+    for sign in [
+        "x.signum() * (x.abs() - 0.5).max(0).signum()",
+        "((x - 0.5).max(0) + (x + 0.5).min(0)).signum()",
+        "(if (x.abs() - 0.5).max(0) > 0 { x.signum() } else { 0 })",
+    ] {
+        let text = declared(sign, "x", 2.0, "0 * x");
+        // from 1.5 at rest: 1 s with acceleration -2, ½ s free, 1 s back to rest
+        for (until, expected) in [(1.0, [0.5, -2.0]), (1.25, [0.0, -2.0]), (2.5, [-1.5, 0.0])] {
+            let [continuous, steps] = errors(&text, Start::second_order([1.5], [0.0]), until, expected);
+            assert!(continuous < 1e-8, "{sign} {until}: {continuous:e}");
+            assert!(steps < 3e-2, "{sign} {until}: {steps:e}");
+        }
+    }
+}

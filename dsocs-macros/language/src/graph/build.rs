@@ -193,11 +193,17 @@ impl Graph {
     pub(crate) fn unary(&mut self, op: Unary, a: NodeId) -> NodeId {
         match self.as_constant(a) {
             Some(value) => self.constant(op.apply(value)),
-            None if op == Unary::Sqrt => {
-                let pieces = self.of_pieces(a, |graph, piece| graph.unary(Unary::Sqrt, piece));
-                pieces.unwrap_or_else(|| self.sqrt(a))
+            None if matches!(op, Unary::Sqrt | Unary::Cbrt) => {
+                match self.of_pieces(a, |graph, piece| graph.unary(op, piece)) {
+                    Some(pieces) => pieces,
+                    None if op == Unary::Sqrt => self.sqrt(a),
+                    None => self.intern(Node::Unary(op, a)),
+                }
             }
             None if op == Unary::Signum => {
+                if let Some(pieces) = self.signum_of_pieces(a) {
+                    return pieces;
+                }
                 let argument = self.of_same_sign(a);
                 match self.as_constant(argument) {
                     Some(value) => self.constant(op.apply(value)),
@@ -277,19 +283,6 @@ impl Graph {
         }
     }
 
-    /// A function of a `Select` one of whose branches is a constant: it is taken of each branch. So the power
-    /// of a branch that is zero is zero, and not a power without a derivative.
-    fn of_pieces(&mut self, id: NodeId, of: impl Fn(&mut Self, NodeId) -> NodeId) -> Option<NodeId> {
-        let &Node::Select(op, [left, right, then, otherwise]) = self.node(id) else {
-            return None;
-        };
-        if self.as_constant(then).is_none() && self.as_constant(otherwise).is_none() {
-            return None;
-        }
-        let [then, otherwise] = [then, otherwise].map(|piece| of(self, piece));
-        Some(self.select(op, left, right, then, otherwise))
-    }
-
     pub(crate) fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
         match (self.as_constant(y), self.as_constant(x)) {
             (Some(y), Some(x)) => self.constant(y.atan2(x)),
@@ -330,6 +323,9 @@ impl Graph {
         if then == otherwise {
             return then;
         }
+        if let Some(pieces) = self.select_by_pieces(op, [left, right], [then, otherwise]) {
+            return pieces;
+        }
         let (left, right) = match (self.as_constant(left), self.as_constant(right)) {
             (Some(0.0), None) => (left, self.of_same_sign(right)),
             (None, Some(0.0)) => (self.of_same_sign(left), right),
@@ -340,11 +336,7 @@ impl Graph {
             return then;
         }
         if let (Some(l), Some(r)) = (self.as_constant(left), self.as_constant(right)) {
-            let holds = match op {
-                Comparison::Lt => l < r,
-                Comparison::Le => l <= r,
-            };
-            return if holds { then } else { otherwise };
+            return if op.holds(l, r) { then } else { otherwise };
         }
         self.intern(Node::Select(op, [left, right, then, otherwise]))
     }

@@ -1,6 +1,6 @@
 //! Numeric evaluation of expressions.
 
-use super::{Comparison, Graph, Leaf, Node, NodeId};
+use super::{Graph, Leaf, Node, NodeId};
 
 impl Graph {
     /// The values of some expressions, given those of the leaves and the parameters; `None` where one calls a
@@ -40,10 +40,7 @@ impl Graph {
                 Node::Powf(a, b) => of(a).powf(of(b)),
                 Node::Atan2(y, x) => of(y).atan2(of(x)),
                 Node::Select(op, [left, right, then, otherwise]) => {
-                    let holds = match op {
-                        Comparison::Lt => of(left) < of(right),
-                        Comparison::Le => of(left) <= of(right),
-                    };
+                    let holds = op.holds(of(left), of(right));
                     of(if holds { then } else { otherwise })
                 }
                 Node::Call { .. } => return None,

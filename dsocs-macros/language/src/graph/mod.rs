@@ -24,6 +24,7 @@ mod build;
 pub(crate) mod calculus;
 mod evaluate;
 mod node;
+mod pieces;
 mod rewrite;
 mod sets;
 mod signs;

@@ -105,6 +105,16 @@ pub(crate) enum Comparison {
     Le,
 }
 
+impl Comparison {
+    /// Whether it holds between two numbers.
+    pub(crate) fn holds(self, left: f64, right: f64) -> bool {
+        match self {
+            Self::Lt => left < right,
+            Self::Le => left <= right,
+        }
+    }
+}
+
 /// A user's function, which the graph cannot see into.
 #[derive(Clone, Debug)]
 pub(crate) enum Callee {

@@ -32,7 +32,7 @@ impl Graph {
     }
 
     /// The number `c` with `a = c b`, if the terms of both show it.
-    fn ratio(&self, a: NodeId, b: NodeId) -> Option<f64> {
+    pub(super) fn ratio(&self, a: NodeId, b: NodeId) -> Option<f64> {
         if a == b {
             return Some(1.0);
         }

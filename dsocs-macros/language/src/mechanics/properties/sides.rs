@@ -8,7 +8,6 @@
 //! signs. There the mean of `|u|` is not zero, while that of `s u` is.
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
-use crate::hash::HashMap;
 use crate::model::{Displacements, Kind, Model, Row};
 
 /// A declaration with sides in place of signs.
@@ -120,26 +119,6 @@ impl Signs {
     }
 }
 
-/// Whether an expression is zero wherever an argument is, as the difference of a corner's two pieces.
-fn vanishes_with(graph: &mut Graph, value: NodeId, argument: NodeId) -> bool {
-    let (terms, constant) = graph.terms(argument);
-    let is_velocity = |node: NodeId| matches!(graph.node(node), Node::Leaf(Leaf::V(_)));
-    let Some(&(solved, slope)) = terms.iter().find(|(node, _)| is_velocity(*node)) else {
-        return false;
-    };
-    let &Node::Leaf(leaf) = graph.node(solved) else {
-        return false;
-    };
-    let others: Vec<_> = terms.iter().filter(|(node, _)| *node != solved).collect();
-    if others.iter().any(|(node, _)| graph.depends_on(*node, leaf)) {
-        return false;
-    }
-    let others: Vec<_> = others.iter().map(|&&(node, c)| (node, -c / slope)).collect();
-    let zero = graph.linear(-constant / slope, &others);
-    let there = graph.substitute(value, &HashMap::from_iter([(leaf, zero)]));
-    graph.vanishes(there)
-}
-
 impl Pass for Signs {
     fn memory(&mut self) -> &mut Memory {
         &mut self.memory
@@ -155,7 +134,7 @@ impl Pass for Signs {
             Node::Select(_, [left, right, then, otherwise]) => {
                 let (argument, jump) = (graph.sub(right, left), graph.sub(then, otherwise));
                 // at a corner the pieces agree
-                let side = if vanishes_with(graph, jump, argument) {
+                let side = if graph.vanishes_with(jump, argument) {
                     self.of_corner(graph, argument)
                 } else {
                     self.of(graph, argument)
