@@ -14,6 +14,12 @@ const LOST: f64 = 1e-8;
 /// hill vanishes.
 const WITHIN: f64 = 0.37;
 
+/// Factor by which a step ends farther before a switch at which its own piece has no value, and the distance up to
+/// which this is tried: a part of the step, or a number of smallest steps.
+const FARTHER: f64 = 8.0;
+const BESIDE: f64 = 1e-8;
+const ROUNDINGS: f64 = 256.0;
+
 /// Factor by which a rejected step is shortened.
 pub(super) const SHORTER: f64 = 0.5;
 
@@ -135,9 +141,15 @@ impl Integrator {
             at_switch,
             ..
         } = trial.end;
+        let farthest = (BESIDE * size).max(ROUNDINGS * smallest).min(0.5 * size);
+        let farther = trial.beyond.map(|beyond| (beyond, FARTHER * (beyond - size)));
+        let farther = farther.filter(|(_, farther)| at_switch && !is_finite && *farther < farthest);
         if at_switch && !is_finite && before < size && before > 0.0 {
             // the step's own piece has no value beyond, as a power of a negative number
             (trial.end.size, trial.beyond) = (before, Some(size));
+        } else if let Some((beyond, farther)) = farther {
+            // nor at the zero itself, as a power divided by a root of the same number
+            trial.end.size = beyond - farther;
         } else if let Some((order, whole)) = trial.otherwise.take() {
             self.series.set_order(order);
             *trial = Trial::of(whole, false);

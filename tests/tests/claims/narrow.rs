@@ -1,5 +1,7 @@
 //! A Taylor flow does not step over a narrow push, well or wall far from the expansion point of its series.
 
+use core::f64::consts::PI;
+
 use dsocs_core::text::Text;
 use dsocs_core::{Start, Stepper, Tolerance};
 use dsocs_tests::text::TaylorFlow;
@@ -218,6 +220,64 @@ fn no_pulse_of_a_half_integer_power_is_missed() {
                     (v - 0.1 - 0.1 * integral).abs() < 30.0 * tolerance.max(1e-11) + tails,
                     "{p} {width} {tolerance}: {v}"
                 );
+            }
+        }
+    }
+}
+
+/// Bumps that are zero outside of `|u| < 1`, in many notations, and their integrals.
+const BUMPS: [(&str, f64); 10] = [
+    (
+        "(if u > -1 && u < 1 { 1 - u * u } else { 0 }).powf(1.5)",
+        0.375 * PI,
+    ),
+    ("(1 - u * u).max(0).powf(1.5)", 0.375 * PI),
+    ("(1 - u * u).max(0).sqrt().powi(3)", 0.375 * PI),
+    ("(1 - u * u).max(0) * (1 - u * u).max(0).sqrt()", 0.375 * PI),
+    (
+        "(if u.abs() < 1 { (1 - u * u) * (1 - u * u).abs().sqrt() } else { 0 })",
+        0.375 * PI,
+    ),
+    ("((1 - u * u + (1 - u * u).abs()) / 2).powf(1.5)", 0.375 * PI),
+    (
+        "(if u > -1 && u < 1 { (1 - u).powf(1.5) * (1 + u).powf(1.5) } else { 0 })",
+        0.375 * PI,
+    ),
+    ("(1 - u.abs()).max(0).powf(1.5)", 0.8),
+    ("(1 - u * u).max(0).cbrt().powi(4)", 1.223_722_564_647_669_5),
+    ("(1 - u * u).max(0).powf(2.5)", 0.312_5 * PI),
+];
+
+#[test]
+fn a_bump_that_begins_and_ends_is_passed_however_it_is_written() {
+    let end = |text: &str, v: f64, tolerance: f64| {
+        let text = Text::parse("bump", text).unwrap();
+        let start = Start::second_order([0.0], [v]);
+        let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(3.0).unwrap_or_else(|error| panic!("{error}"));
+        flow.node().v[0]
+    };
+    for ((bump, integral), k) in BUMPS
+        .iter()
+        .flat_map(|bump| [1.0, 10.0, 100.0, 1000.0].map(|k| (bump, k)))
+    {
+        for place in [1.5, 1.25, 1.333_014_999_763_821_1] {
+            for tolerance in [1e-4, 1e-6, 1e-9, 1e-12] {
+                // a blow in time, and a hill
+                let blow = format!(
+                    "coordinates(x); let u = {k:?} * (t - {place:?}); lagrangian = dot(x).powi(2) / 2;
+                     external_forces = 0.1 * {k:?} * {bump};"
+                );
+                let hill = format!(
+                    "coordinates(x); let u = {k:?} * (x - {place:?}); lagrangian = dot(x).powi(2) / 2 - 0.2 * {bump};"
+                );
+                for (text, v, expected) in [(&blow, 0.1, 0.1 + 0.1 * integral), (&hill, 1.1, 1.1)] {
+                    let found = end(text, v, tolerance);
+                    assert!(
+                        (found - expected).abs() < 100.0 * tolerance.max(1e-11),
+                        "{text}, {tolerance}: {found} {expected}"
+                    );
+                }
             }
         }
     }
