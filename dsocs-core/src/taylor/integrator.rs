@@ -482,7 +482,7 @@ impl Integrator {
                     }
                     Some(Past::End(outcome)) => return self.back(outcome),
                 }
-                if trial.tries > 0 || self.torn.0 > 0 {
+                if (trial.tries > 0 || self.torn.0 > 0) && !trial.is_foreseen {
                     self.count_torn(equations, (end, size), trial.tries);
                 }
                 let tau = if wanted < 1e100 { wanted } else { size };

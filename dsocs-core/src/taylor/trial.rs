@@ -37,6 +37,8 @@ pub(super) struct Trial {
     pub beyond: Option<f64>,
     /// The number of longer steps that were tried before.
     pub tries: u32,
+    /// Whether the first trial ends where a narrow place was foreseen, to which its series does not reach.
+    pub is_foreseen: bool,
 }
 
 impl Trial {
@@ -49,6 +51,7 @@ impl Trial {
             otherwise: None,
             beyond: None,
             tries: 0,
+            is_foreseen: false,
         }
     }
 }
@@ -98,7 +101,9 @@ impl Integrator {
     /// Sets the length of the first trial of a system with switches.
     pub(super) fn foresee_trial(&mut self, equations: &mut dyn SeriesKernel, trial: &mut Trial, left: f64) {
         let has_pieces = self.watch.as_ref().is_some_and(|watch| watch.has_pieces);
-        trial.end = self.foresee(equations, trial.end.size.copysign(left));
+        let whole = trial.end.size;
+        trial.end = self.foresee(equations, whole.copysign(left));
+        trial.is_foreseen = trial.end.size < whole && !trial.end.at_switch && !trial.end.at_corner;
         let End {
             size,
             at_switch,

@@ -1,11 +1,14 @@
 //! Values that are watched, because a series does not show from afar where its motion changes quickly.
 
-use super::lower::Lower;
+use super::lower::{Lower, split};
 use super::sequence::{Argument, Bound, Op, Sequence};
 use crate::graph::{Node, NodeId, Unary};
 
 /// A divisor with a power of this degree or a higher one may make a function flat far from its zero.
 pub(super) const HIGH: f64 = 4.0;
+
+/// `1 + c u²` is not narrow if `c` is at most this large.
+const WIDE: f64 = 100.0;
 
 /// A factor with this power or a higher one is flat where it is small, so the series has to see at least so
 /// many orders to detect its rise.
@@ -24,7 +27,7 @@ impl Lower<'_> {
     /// Watches the base of a power, if the power may be flat far from where it is large.
     pub(super) fn watch_high(&mut self, base: NodeId, exponent: f64) {
         let degree = exponent.abs() * self.degree(base);
-        if exponent < 0.0 && degree >= HIGH {
+        if exponent < 0.0 && (degree >= HIGH || self.is_softened(base)) {
             // of the same steepness as before where a root has been taken off
             let steepness = if exponent.fract() == 0.0 {
                 degree
@@ -35,6 +38,33 @@ impl Lower<'_> {
         } else if exponent >= LEAST_HILL {
             self.watch_power(base, exponent);
         }
+    }
+
+    /// Whether an expression is a fixed number plus an even power of one factor, both positive as far as that
+    /// is known, as `1 + u²`. A motion in which `u` passes zero meets the least value, however narrow the place
+    /// is. A circular function has no narrow places.
+    fn is_softened(&self, id: NodeId) -> bool {
+        let (terms, constant) = self.graph.terms(id);
+        let (fixed, moving): (Vec<_>, Vec<_>) =
+            terms.iter().partition(|(term, _)| self.graph.is_fixed(*term));
+        let &[&(term, c)] = &moving[..] else {
+            return false;
+        };
+        let (_, factors) = split(self.graph, term);
+        let &[(factor, n)] = &factors[..] else {
+            return false;
+        };
+        let is_circular = matches!(self.graph.node(factor), Node::Unary(Unary::Sin | Unary::Cos, _));
+        // of a coordinate itself, with a literal width that is not small
+        let is_wide = matches!(self.graph.node(factor), Node::Leaf(_)) && c <= WIDE * constant;
+        let (_, exponent) = self.base(factor);
+        let power = exponent * f64::from(n);
+        c > 0.0
+            && constant >= 0.0
+            && (constant > 0.0 || !fixed.is_empty())
+            && power >= 2.0
+            && !is_circular
+            && !is_wide
     }
 
     /// Watches a divisor, and its factors with a high power: a multiple root is known to few digits only.
