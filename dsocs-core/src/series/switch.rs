@@ -221,6 +221,11 @@ impl Switch {
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
     }
 
+    /// The absolute value.
+    pub(crate) fn size(&self) -> f64 {
+        self.coefficients[0].abs()
+    }
+
     /// The time between now and the zero of the first two terms, before or after.
     pub(crate) fn takes(&self) -> f64 {
         let [value, rate, ..] = self.coefficients;

@@ -2,7 +2,7 @@
 
 use super::integrator::{Integrator, LOOK_EVERY};
 use super::recurrences::SeriesKernel;
-use super::rounding;
+use super::{rounding, watch};
 use crate::error::series::{FailedSeries, SeriesError, SeriesFailure};
 use crate::number::point::AnyPoint;
 use crate::regularity::{deficiency, dependence, undefined};
@@ -89,6 +89,41 @@ impl Integrator {
             last: self.last.map_or(0.0, |(_, h)| h.abs()),
             mean: span / steps.max(1) as f64,
         })
+    }
+
+    /// The failure of a motion that gets no further: it sticks, if a step ended at a switch that is still there, and
+    /// the equations determine the acceleration. So does a relay that leads a mass to rest.
+    #[cold]
+    pub(super) fn failed_at_switch(
+        &self,
+        equations: &mut dyn SeriesKernel,
+        cause: SeriesFailure,
+        smallest: f64,
+    ) -> SeriesError {
+        let error = self.failed(equations, cause);
+        let (mut nearest, mut least) = (None, f64::INFINITY);
+        watch::each(equations, |group, place, switch| {
+            let is_there = switch.is_zero() || switch.takes() <= smallest;
+            if is_there && switch.size() < least {
+                (nearest, least) = (Some((group, place)), switch.size());
+            }
+        });
+        let Some((group, place)) = nearest.filter(|_| self.at_switch[1]) else {
+            return error;
+        };
+        let details = error.details();
+        let gets_no_further = matches!(
+            details.cause,
+            SeriesFailure::Stalls { .. } | SeriesFailure::StepTooSmall { .. }
+        );
+        if details.deficiency.is_some() || !gets_no_further {
+            return error;
+        }
+        let (switch, is_declared) = (
+            equations.switch(group, place),
+            equations.declaration().shape().piecewise,
+        );
+        self.failed(equations, SeriesFailure::Sticks { switch, is_declared })
     }
 
     #[cold]

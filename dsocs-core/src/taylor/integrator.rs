@@ -349,7 +349,7 @@ impl Integrator {
             || self.torn.0 >= BACK_AND_FORTH)
             && let Some(cause) = self.halts(equations)
         {
-            return Err(self.failed(equations, cause).into());
+            return Err(self.failed_at_switch(equations, cause, smallest).into());
         }
         if self.steps >= self.weights.next || self.have_fallen() {
             self.weigh(equations);
@@ -382,9 +382,10 @@ impl Integrator {
             Outcome::Dependent(time, row) => Err(self
                 .failed(equations, SeriesFailure::Dependent { time, row })
                 .into()),
-            Outcome::TooSmall(step) => Err(self
-                .failed(equations, SeriesFailure::StepTooSmall { step, smallest })
-                .into()),
+            Outcome::TooSmall(step) => {
+                let cause = SeriesFailure::StepTooSmall { step, smallest };
+                Err(self.failed_at_switch(equations, cause, smallest).into())
+            }
         }
     }
 

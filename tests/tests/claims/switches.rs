@@ -10,7 +10,7 @@ use dsocs_core::{
 };
 use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
-use dsocs_tests::text::{System, TaylorFlow};
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 /// A mass on a spring with dry friction.
 #[dsocs {
@@ -723,4 +723,44 @@ fn a_jump_that_is_hidden_and_leads_back_ends_the_motion() {
         text.contains("goes back and forth at t = 1.0000000") && text.contains("a function of your own"),
         "{text}"
     );
+}
+
+declared! {
+    /// A mass that a relay brings to rest in the shortest time, along a curve at whose end both sides lead back.
+    struct Relay {}
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = -(x + dot(x) * dot(x).abs() / 2).signum();
+}
+
+#[test]
+fn a_relay_that_leads_to_rest_is_told_at_every_tolerance() {
+    for [x, v] in [[1.0, 0.0], [2.0, 0.5], [0.5, -1.0], [-1.0, 1.0], [-3.0, -0.2]] {
+        // against the side of the curve first
+        let side: f64 = if x + v * f64::abs(v) / 2.0 < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let rests = side * v + 2.0 * f64::sqrt(side * x + v * v / 2.0);
+        for tolerance in [1e-4, 1e-6, 1e-9, 1e-12] {
+            let mut run = flow(&Relay {}, [x, v], tolerance);
+            let error = run.to(rests + 1.0).unwrap_err();
+            let RunError::Series(error) = error else {
+                panic!("{error}");
+            };
+            let details = error.details();
+            assert!(
+                matches!(&details.cause, SeriesFailure::Sticks { switch, .. } if switch.contains("dot(x).abs()")),
+                "{x} {v} {tolerance}: {error}"
+            );
+            assert!((details.time - rests).abs() < 1e-6, "{} {rests}", details.time);
+            assert!(details.q[0].abs() < 1e-9 && details.v[0].abs() < 1e-6);
+        }
+        // the advice: steps of a fixed length pass such a place
+        let start = Start::second_order([x], [v]);
+        let mut steps = Flow::new(&Relay {}, 1e-3, start).unwrap();
+        let node = steps.to(rests + 1.0).unwrap();
+        assert!(node.q[0].abs() < 1e-3 && node.v[0].abs() < 2e-3, "{node:?}");
+    }
 }
