@@ -644,3 +644,50 @@ fn a_change_point_is_told_at_every_tolerance_and_every_step() {
         assert!(flow.nearly_singular().is_some(), "{bar} {h}: {ran:?}");
     }
 }
+
+declared! {
+    /// The cone of velocities of P. Appell and G. Hamel, whose form vanishes at rest: a mass that is thrown up comes
+    /// to rest at the top, and goes on in more than one way.
+    struct Cone {}
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - z;
+    nonholonomic = dot(x).powi(2) + dot(y).powi(2) - dot(z).powi(2);
+}
+
+#[test]
+fn the_top_of_a_cone_of_velocities_is_told() {
+    for [x, y, z] in [
+        [0.6, 0.8, 1.0],
+        [1.0, 0.0, 1.0],
+        [-0.3, 0.4, 0.5],
+        [-1.2, -1.6, 2.0],
+    ] {
+        let start = Start::second_order([0.0; 3], [x, y, z]);
+        // half of the weight acts along the cone
+        let top = 2.0 * z;
+        for tolerance in [1e-4, 1e-6, 1e-9, 1e-12] {
+            let mut flow = TaylorFlow::new(&Cone {}, start, Tolerance::relative(tolerance)).unwrap();
+            let Err(RunError::Series(error)) = flow.to(3.0 * top) else {
+                panic!("{x} {y} {z} {tolerance} goes on");
+            };
+            let SeriesFailure::Dependent { time, .. } = error.details().cause else {
+                panic!("{error}");
+            };
+            assert!((time - top).abs() < 1e-4, "{tolerance}: {time} {top}");
+        }
+        for h in [0.01, 0.013, 0.037, 0.0101] {
+            let mut flow = Flow::new(&Cone {}, h, start).unwrap();
+            let ended = flow.to(3.0 * top).is_err();
+            let near = flow.nearly_singular();
+            assert!(
+                ended || near.is_some_and(|near| near.first < top && near.first > 0.5 * top),
+                "{x} {y} {z} {h}: {near:?}"
+            );
+            // nothing is told of a fall that begins with a velocity
+            let falls = Start::second_order([0.0; 3], [x, y, -z]);
+            let mut flow = Flow::new(&Cone {}, h, falls).unwrap();
+            flow.to(top).unwrap();
+            assert_eq!(flow.nearly_singular(), None, "{h}");
+        }
+    }
+}
