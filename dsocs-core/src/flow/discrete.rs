@@ -406,7 +406,7 @@ impl<'s> Discrete<'s> {
         );
         (scalars.index, scalars.t) = (clock.index(), clock.time());
         (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
-        if self.contacts.is_some() || self.changed.is_some() {
+        if self.contacts.is_some() || self.changed.is_some() || self.before.is_some() {
             self.write_others(NodeMut { vectors, scalars });
         } else if self.has_tables {
             self.write_arrival(NodeMut { vectors, scalars });
@@ -417,6 +417,20 @@ impl<'s> Discrete<'s> {
     #[cold]
     fn write_others(&self, node: NodeMut<'_>) {
         let NodeMut { vectors, scalars } = node;
+        if let Some(before) = &self.before {
+            // values that are set here hold from the next node on
+            let mut run_state = self.run_state.clone();
+            run_state.constants = constants_of(self.kernel, before, run_state.h);
+            let (index, t, iterations, stop) = (scalars.index, scalars.t, scalars.iterations, scalars.stop);
+            self.kernel.report(
+                &run_state,
+                NodeMut {
+                    vectors: &mut *vectors,
+                    scalars: &mut *scalars,
+                },
+            );
+            (scalars.index, scalars.t, scalars.iterations, scalars.stop) = (index, t, iterations, stop);
+        }
         if self.contacts.is_some() {
             let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
             self.write_sided_force(force);
@@ -428,11 +442,12 @@ impl<'s> Discrete<'s> {
         }
     }
 
-    /// Writes the velocity, the constraint force and the energy of a node where inputs changed.
+    /// Writes the velocity, the acceleration, the constraint force and the energy of a node where inputs changed.
     fn write_changed(&self, changed: &NodeAtChange, mut node: NodeMut<'_>) {
         let t = node.scalars.t;
-        let [q, v, _, force] = node.split();
+        let [q, v, a, force] = node.split();
         copy(v, &changed.velocity);
+        copy(a, &changed.acceleration);
         copy(force, &changed.force);
         let arriving = Declaration::of(self.kernel).with(&changed.before);
         node.scalars.energy = arriving.energy(t, &*q, &*v);
@@ -559,7 +574,8 @@ impl Run for Discrete<'_> {
     fn arriving_values(&self) -> &[f64] {
         let index = self.run_state.clock.index();
         let changed = self.changed.as_ref().filter(|changed| changed.index == index);
-        changed.map_or(&self.values, |changed| &changed.before)
+        let until_now = self.before.as_ref().unwrap_or(&self.values);
+        changed.map_or(until_now, |changed| &changed.before)
     }
 
     #[inline]
@@ -582,6 +598,22 @@ impl Run for Discrete<'_> {
             self.write_solved(node);
         } else {
             self.write_first(node);
+        }
+    }
+
+    fn write_departure(&self, node: NodeMut<'_>) {
+        let NodeMut { vectors, scalars } = node;
+        self.write_node(NodeMut {
+            vectors: &mut *vectors,
+            scalars: &mut *scalars,
+        });
+        let index = self.run_state.clock.index();
+        if let Some(changed) = self.changed.as_ref().filter(|changed| changed.index == index) {
+            let mut node = NodeMut { vectors, scalars };
+            let [_, v, a, _] = node.split();
+            let [after, acceleration] = &changed.departing;
+            copy(v, after);
+            copy(a, acceleration);
         }
     }
 

@@ -39,6 +39,10 @@ pub(super) struct NodeAtChange {
     /// mean velocity of both legs differs from it by a quarter of the step times the jump of the
     /// acceleration.
     pub(super) velocity: Vector,
+    /// The acceleration with which it arrives; the second difference of the node is the mean of both.
+    pub(super) acceleration: Vector,
+    /// Velocity and acceleration with which the motion goes on.
+    pub(super) departing: [Vector; 2],
     /// The constraint force with which it arrives; that of the change itself is an impulse, visible in the
     /// momentum.
     pub(super) force: Vector,
@@ -106,11 +110,12 @@ impl Discrete<'_> {
             );
             let velocity = Vector::of(change.sides[1].point(h, leg, &e_old[..]).any().v);
             let force = Vector::of(&change.sides[0].force(h, leg, &e_old[..]));
+            let accelerations = [&e_old, &e].map(|e| Vector::of(e).map(|e| e / (h * h)));
             change
                 .solve([&e_old, &e])
-                .map(|e| (z, report, Vector::of(&e), velocity, force))
+                .map(|e| (z, report, Vector::of(&e), velocity, accelerations, force))
         };
-        let (z, report, e, velocity, force) = match solved {
+        let (z, report, e, velocity, [acceleration, after], force) = match solved {
             Ok(solved) => solved,
             Err(cause) => return Err(self.failed(cause)),
         };
@@ -138,10 +143,20 @@ impl Discrete<'_> {
         self.changed = Some(Box::new(NodeAtChange {
             index,
             velocity,
+            acceleration,
+            departing: self.departing(after),
             force,
             before,
         }));
         Ok(report)
+    }
+
+    /// Velocity and acceleration with which the motion goes on from the middle node of the last step, by the leg
+    /// after it.
+    pub(super) fn departing(&self, a: Vector) -> [Vector; 2] {
+        let h = self.run_state.h;
+        let v = Vector::of(self.next_leg().d).zip(&a, |d, a| d / h - 0.5 * h * a);
+        [v, a]
     }
 }
 

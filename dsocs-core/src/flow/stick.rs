@@ -398,7 +398,8 @@ impl Discrete<'_> {
         guess: &[f64],
     ) -> Option<StepReport> {
         let index = self.run_state.index();
-        let (solution, velocity, force) = {
+        let h = self.run_state.h;
+        let (solution, velocity, accelerations, force) = {
             let contact = Contact {
                 before: Some(Declaration::of(self.kernel).with(before)),
                 ..self.contact(self.declaration(), contacts)
@@ -411,8 +412,12 @@ impl Discrete<'_> {
             let arriving = self.contact(old, contacts).solve(guess, &none);
             let e = arriving.as_ref().map_or(&solution.e, |arriving| &arriving.e);
             let velocity = Vector::of(self.declaration().point(contact.h, contact.leg, &e[..]).any().v);
-            (solution, velocity, force)
+            let departing = self.contact(self.declaration(), contacts).solve(guess, &none);
+            let after = departing.as_ref().map_or(&solution.e, |departing| &departing.e);
+            let accelerations = [e, after].map(|e| Vector::of(e).map(|e| e / (h * h)));
+            (solution, velocity, accelerations, force)
         };
+        let [acceleration, after] = accelerations;
         let report = StepReport {
             iterations: solution.evaluations,
             stop: if solution.rests() && !solution.switches {
@@ -442,6 +447,8 @@ impl Discrete<'_> {
         self.changed = Some(Box::new(NodeAtChange {
             index,
             velocity,
+            acceleration,
+            departing: self.departing(after),
             force,
             before: before.to_vec(),
         }));

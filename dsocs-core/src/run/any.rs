@@ -87,6 +87,12 @@ pub trait Run {
     /// Writes the current node.
     fn write_node(&self, node: NodeMut<'_>);
 
+    /// Writes the current node with the velocity and the acceleration with which the motion goes on. They differ
+    /// from those of [`Run::write_node`] at a node of a [`crate::Flow`] where inputs change.
+    fn write_departure(&self, node: NodeMut<'_>) {
+        self.write_node(node);
+    }
+
     /// The clock.
     fn clock(&self) -> &Clock;
 
@@ -175,7 +181,8 @@ pub trait Run {
     /// The errors of [`Run::step`] and of the visitor.
     fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<StepEnd, RunError> {
         let [before, after] = &mut room.nodes;
-        before.take(self);
+        before.fit(self);
+        self.write_departure(before.room());
         self.step(end)?;
         after.take(self);
         let declaration = Declaration::of(self.kernel()).with(self.values());
@@ -242,10 +249,15 @@ impl<const N: usize> Node<N> {
 impl OwnedNode {
     /// Takes the current node of a run. Nothing is allocated if the number of coordinates agrees.
     pub fn take<R: Run + ?Sized>(&mut self, run: &R) {
+        self.fit(run);
+        run.write_node(self.room());
+    }
+
+    /// Makes room for the nodes of a run.
+    fn fit<R: Run + ?Sized>(&mut self, run: &R) {
         let coordinates = run.kernel().shape().dimension();
         if coordinates != self.coordinates {
             *self = Self::new(coordinates);
         }
-        run.write_node(self.room());
     }
 }

@@ -257,8 +257,9 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     }
 
     /// Runs to the last of the given times and hands out the motion at each of them. The times have to be in the order of the run,
-    /// none of them before the current node. Between nodes the motion is the [`Polynomial`] of the step. The forces at a point are those of
-    /// [`crate::System::constraint_force`] and [`crate::System::external_forces`].
+    /// none of them before the current node. Between nodes the motion is the [`Polynomial`] of the step; at a node it is the node. So where an
+    /// input changes it is the motion that arrives, and where a declared function jumps the acceleration is that of the declaration at the
+    /// point. The forces at a point are those of [`crate::System::constraint_force`] and [`crate::System::external_forces`].
     ///
     /// # Errors
     ///

@@ -15,7 +15,7 @@ use crate::kernel::clock::{Clock, End};
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::number::dispatch;
 use crate::number::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, Room, Run, RunError, StepEnd};
+use crate::run::{AnyPolynomial, AnyVisitor, OwnedNode, Room, Run, RunError, StepEnd};
 
 /// Number of points that are computed before they are handed out: a multiple of all groups of registers.
 const BUFFER: usize = 8 * REGISTERS;
@@ -98,17 +98,45 @@ impl Run for AnyTaylorFlow<'_> {
         times: &[f64],
         observer: &mut dyn FnMut(&[f64], &[f64]),
     ) -> Result<bool, RunError> {
-        if self.motion.on_grid.is_some() {
-            return Ok(false);
-        }
         let Some(&end) = times.last() else {
             return Ok(true);
         };
         self.motion.clock.hand_out(true);
+        let sampled = self.sample_between(times, end, observer);
+        if self.motion.on_grid.is_some() {
+            // to the last node that was reached, which is at the end or beyond
+            while self.motion.is_before(end) && (sampled.is_ok() || self.motion.reaches_node()) {
+                self.step_on_grid(end)?;
+            }
+        }
+        sampled.map(|()| true)
+    }
+}
+
+impl AnyTaylorFlow<'_> {
+    /// Hands out the motion at some times, the last of which is `end`, step by step.
+    fn sample_between(
+        &mut self,
+        times: &[f64],
+        end: f64,
+        observer: &mut dyn FnMut(&[f64], &[f64]),
+    ) -> Result<(), RunError> {
         let forward = self.motion.clock.is_forward();
         let n = self.motion.series.dimension();
         let mut buffer = vec![0.0; BUFFER * 3 * n];
         let mut rest = times;
+        let now = self.motion.clock.time();
+        if self.motion.on_grid.is_some() && rest.first() == Some(&now) {
+            let mut node = OwnedNode::new(n);
+            node.take(self);
+            let count = rest.iter().take_while(|t| **t == now).count();
+            for t in &rest[..count] {
+                observer(&[*t], node.point());
+            }
+            rest = &rest[count..];
+        }
+        // nodes of a grid lie within steps
+        let mut is_known = self.motion.on_grid.is_some() && now != self.motion.time();
         while let Some(&t) = rest.first() {
             let here = t == self.motion.time();
             if here || self.motion.at_switch[1] && self.motion.is_near(t) {
@@ -125,7 +153,13 @@ impl Run for AnyTaylorFlow<'_> {
                 rest = &rest[1..];
                 continue;
             }
-            self.step(end)?;
+            if !core::mem::take(&mut is_known) {
+                self.motion.expansions = 0;
+                self.motion.go(&mut *self.equations, end)?;
+                if self.motion.on_grid.is_none() {
+                    self.motion.clock.arrive(self.motion.time());
+                }
+            }
             let reached = self.motion.time();
             // at a switch a point has the side of the declaration
             let apart = |t: f64| !(self.motion.at_switch[1] && self.motion.is_near(t));
@@ -149,11 +183,9 @@ impl Run for AnyTaylorFlow<'_> {
                 }
             }
         }
-        Ok(true)
+        Ok(())
     }
-}
 
-impl AnyTaylorFlow<'_> {
     /// Moves to the next node of the grid.
     fn step_on_grid(&mut self, end: f64) -> Result<StepReport, RunError> {
         let (target, end) = self.motion.target(end);
@@ -275,6 +307,15 @@ impl Integrator {
             end.min(target)
         };
         (target, if end.is_infinite() { end } else { farther })
+    }
+
+    /// Whether the current node comes before a time.
+    fn is_before(&self, t: f64) -> bool {
+        if self.clock.is_forward() {
+            self.clock.time() < t
+        } else {
+            self.clock.time() > t
+        }
     }
 
     /// Whether the motion is known up to a time.

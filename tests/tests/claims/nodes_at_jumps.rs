@@ -2,10 +2,10 @@
 //! equations together, and the velocity of a discrete run is that with which the motion arrives.
 
 use dsocs_core::taylor::AnyTaylorFlow;
-use dsocs_core::text::Text;
+use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{
-    AnyStart, Events, Flow, Occurrence, OwnedNode, Point, Run, Samples, Start, Stepper, TaylorFlow,
-    Tolerance, dsocs, on_event,
+    AnyComposedFlow, AnyStart, Composition, Events, Flow, Occurrence, OwnedNode, Point, Run,
+    Samples, Start, Stepper, TaylorFlow, Tolerance, dsocs, on_event,
 };
 
 /// The nodes of a run by Taylor series, on a grid or at its own steps.
@@ -271,6 +271,110 @@ fn a_body_that_stops_on_a_constraint_is_no_impact() {
             });
             let apart = (place[0] - angle[0].sin()).hypot(place[1] + angle[0].cos());
             assert!(apart < 1e3 * tolerance, "{tolerance}: {place:?}, {angle:?}");
+        }
+    }
+}
+
+/// The runs of all methods, with nodes at multiples of 1/8.
+fn runs<'s>(system: &'s TapeKernel, start: Start<1>) -> Vec<(&'static str, Box<dyn Run + 's>)> {
+    let any: AnyStart = start.into();
+    let series = || AnyTaylorFlow::of_tape(system, &any, Tolerance::relative(1e-10)).unwrap();
+    let composed = AnyComposedFlow::new(system, 0.125, Composition::SUZUKI_4, &any).unwrap();
+    vec![
+        ("order 2", Flow::of(system, 0.125, start).unwrap().into_run()),
+        ("order 4", composed.into_run()),
+        ("series", Box::new(series())),
+        ("series on a grid", Box::new(series().every(0.125).unwrap())),
+        (
+            "series on a fine grid",
+            Box::new(series().every(0.03125).unwrap()),
+        ),
+    ]
+}
+
+/// Position, velocity and acceleration at some times.
+fn sampled(run: &mut dyn Run, times: &[f64]) -> Vec<[f64; 3]> {
+    let mut points = Vec::new();
+    run.sample(times, &mut |_, point| {
+        points.push([point.q[0], point.v[0], point.a[0]])
+    })
+    .unwrap();
+    points
+}
+
+/// Those of the current node.
+fn told(run: &dyn Run) -> [f64; 3] {
+    let mut node = OwnedNode::new(1);
+    node.take(run);
+    let node = node.any();
+    [node.q[0], node.v[0], node.a[0]]
+}
+
+#[test]
+fn a_sample_at_a_node_is_the_node_also_where_a_force_jumps() {
+    for force in [
+        "if t < 1 { 1 } else { 3 }",
+        "if t > 1 { 3 } else { 1 }",
+        "if x < 1 { 0 } else { 2 }",
+        "2 * (x - 1).signum()",
+        "(6 * (t - 0.5)).max(0).min(3)",
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};");
+        let system = Text::parse("system", &text).unwrap().system;
+        let start = Start::second_order([0.0], [1.0]);
+        let times = [0.5, 0.75, 0.875, 1.0, 1.125, 1.5];
+        for (place, (method, mut run)) in runs(&system, start).into_iter().enumerate() {
+            let points = sampled(&mut *run, &times);
+            let (_, mut run) = runs(&system, start).swap_remove(place);
+            for (t, point) in times.iter().zip(points) {
+                run.to(*t).unwrap();
+                for (found, expected) in point.iter().zip(told(&*run)) {
+                    assert!(
+                        (found - expected).abs() < 1e-9,
+                        "{force}, {method}, {t}: {point:?} {:?}",
+                        told(&*run)
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn where_an_input_changes_a_node_and_a_sample_tell_how_the_motion_arrives() {
+    let text =
+        "parameters { push = 0.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = push;";
+    let system = Text::parse("system", text).unwrap().system;
+    for (method, mut run) in runs(&system, Start::second_order([0.0], [1.0])) {
+        let before = sampled(&mut *run, &[0.5, 0.9375, 1.0]);
+        let node = told(&*run);
+        run.set_input("push", 2.0).unwrap();
+        // a flow of order 2 knows its next position already
+        let change = if method == "order 2" { 1.125 } else { 1.0 };
+        let exact = |t: f64| {
+            let pushed = (t - change).max(0.0);
+            [
+                t + pushed * pushed,
+                1.0 + 2.0 * pushed,
+                if t > change { 2.0 } else { 0.0 },
+            ]
+        };
+        let force = |run: &dyn Run| {
+            let mut node = OwnedNode::new(1);
+            node.take(run);
+            node.any().force[0]
+        };
+        assert!(force(&*run).abs() < 1e-12, "{method}: {}", force(&*run));
+        let beyond = [1.0625, 1.125, 1.1875, 1.25, 1.5];
+        let after = sampled(&mut *run, &beyond);
+        let all = before
+            .iter()
+            .zip([0.5, 0.9375, 1.0])
+            .chain(after.iter().zip(beyond));
+        for (found, t) in all.chain([(&node, 1.0)]) {
+            for (found, exact) in found.iter().zip(exact(t)) {
+                assert!((found - exact).abs() < 1e-9, "{method}, {t}: {found} {exact}");
+            }
         }
     }
 }
