@@ -34,7 +34,7 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn write_arrival(&self, mut node: NodeMut<'_>) {
         let shape = self.shape();
-        if shape.is_of_third_order() || !shape.rotations.is_empty() {
+        if shape.is_of_third_order() {
             return;
         }
         let (declaration, t, h) = (self.declaration(), node.scalars.t, self.run_state.h);

@@ -435,10 +435,11 @@ impl<'s> Discrete<'s> {
             let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
             self.write_sided_force(force);
         }
-        if let Some(changed) = &self.changed
-            && changed.index == scalars.index
-        {
+        let changed = self.changed.as_ref();
+        if let Some(changed) = changed.filter(|changed| changed.index == scalars.index) {
             self.write_changed(changed, NodeMut { vectors, scalars });
+        } else if self.has_tables && !self.rests() {
+            self.write_arrival(NodeMut { vectors, scalars });
         }
     }
 

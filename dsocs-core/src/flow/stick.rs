@@ -265,7 +265,7 @@ impl Discrete<'_> {
     }
 
     /// Whether an argument rests on the last leg.
-    fn rests(&self) -> bool {
+    pub(super) fn rests(&self) -> bool {
         let contacts = self.contacts.as_ref();
         contacts.is_some_and(|contacts| contacts.pieces.contains(&Piece::Between))
     }

@@ -4,7 +4,7 @@
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{
-    AnyComposedFlow, AnyStart, Composition, Events, Flow, Occurrence, OwnedNode, Point, Run,
+    AnyComposedFlow, AnyFlow, AnyStart, Composition, Events, Flow, Occurrence, OwnedNode, Point, Run,
     Samples, Start, Stepper, TaylorFlow, Tolerance, dsocs, on_event,
 };
 
@@ -375,6 +375,80 @@ fn where_an_input_changes_a_node_and_a_sample_tell_how_the_motion_arrives() {
             for (found, exact) in found.iter().zip(exact(t)) {
                 assert!((found - exact).abs() < 1e-9, "{method}, {t}: {found} {exact}");
             }
+        }
+    }
+}
+
+#[test]
+fn at_the_end_of_a_table_the_velocity_is_of_second_order_with_friction_rotations_and_inputs() {
+    let directory = tempfile::tempdir().unwrap();
+    let rows = (0..5)
+        .map(|k| 0.125 * f64::from(k))
+        .map(|t| format!("{t},{}\n", 1.0 + 0.3 * (2.0 * t).sin()));
+    std::fs::write(
+        directory.path().join("table.csv"),
+        format!("t,value\n{}", rows.collect::<String>()),
+    )
+    .unwrap();
+    let bob = "coordinates(theta); let l = table.at(t); let x = l * theta.sin(); let y = -l * theta.cos();
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;";
+    let swings = AnyStart::second_order(&[-1.0], &[3.5]);
+    let turns = AnyStart::second_order(&[1.0, 0.0, 0.0, 0.0], &[0.0, 1.0, 2.0, 1.0]);
+    let push = "external_forces = push;";
+    let scenes = [
+        (
+            format!("{bob} external_forces = -0.3 * dot(theta).signum();"),
+            &swings,
+            false,
+        ),
+        (
+            format!("{bob} external_forces = -0.3 * dot(theta).signum() + push;"),
+            &swings,
+            true,
+        ),
+        (format!("{bob} {push}"), &swings, true),
+        (
+            "coordinates(r: rotation); let w = r.angular_velocity();
+             lagrangian = (w[0].powi(2) + 2 * table.at(t) * w[1].powi(2) + 3 * w[2].powi(2)) / 2;"
+                .to_owned(),
+            &turns,
+            false,
+        ),
+    ];
+    for (text, start, has_input) in scenes {
+        let file = directory.path().join("scene.dsocs");
+        let parameters = "parameters { table = samples(\"table.csv\"), push = 0.0 }";
+        std::fs::write(
+            &file,
+            format!("{parameters} {text} let pushed = push; observe = [pushed];"),
+        )
+        .unwrap();
+        let system = Text::read(&file).unwrap().system;
+        // an input that changes at 0.1
+        let drive = |run: &mut dyn Run, ahead: f64| {
+            if has_input {
+                run.to(0.1 - ahead).unwrap();
+                run.set_input("push", 1.0).unwrap();
+            }
+        };
+        let mut exact = AnyTaylorFlow::of_tape(&system, start, Tolerance::relative(1e-13)).unwrap();
+        drive(&mut exact, 0.0);
+        let (run, mut truth): (&mut dyn Run, _) = (&mut exact, Vec::new());
+        run.sample(&[0.5 - 1e-10], &mut |_, point| truth.extend_from_slice(point.v))
+            .unwrap();
+        let errors = [0.02, 0.01, 0.005].map(|h| {
+            let mut flow = AnyFlow::new(&system, h, start).unwrap();
+            // a flow knows its next position already
+            drive(flow.run_mut(), h);
+            flow.run_mut().to(0.5).unwrap();
+            let mut node = OwnedNode::new(truth.len());
+            node.take(flow.run());
+            let parts = node.any().v.iter().zip(&truth);
+            parts.fold(0.0_f64, |most, (v, truth)| most.max((v - truth).abs()))
+        });
+        assert!(errors[0] < 0.01, "{text} {errors:?}");
+        for pair in errors.windows(2) {
+            assert!(pair[0] > 3.3 * pair[1] || pair[1] < 1e-5, "{text} {errors:?}");
         }
     }
 }
