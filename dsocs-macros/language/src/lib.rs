@@ -3,8 +3,8 @@
 //!
 //! The data goes one way, from module to module:
 //!
-//! - `shared`: `use name;` → the statements that several declarations share;
-//! - `parse`: tokens → the syntax tree (`ast`), on which `check` finds what needs no expression;
+//! - `syntax::shared`: `use name;` → the statements that several declarations share;
+//! - `parse`: tokens → the syntax tree (`syntax::ast`), on which `check` finds what needs no expression;
 //! - `lower`: the syntax tree → the `model`, whose expressions share one `graph`;
 //! - `mechanics`: the model → the paper's equations, as expressions that have to vanish;
 //! - `passes`: the equations, made fast by one rewriting of the graph after another;
@@ -12,33 +12,22 @@
 //! - `recurrences`: the motion → the recurrences of its Taylor series;
 //! - `emit`: operations and recurrences → Rust, or data for an engine that runs them without a compiler.
 //!
-//! Mistakes are collected in `errors` and reported at the user's own tokens. The attribute itself is in
+//! Mistakes are collected in `mistakes` and reported at the user's own tokens. The attribute itself is in
 //! `dsocs-macros` and only calls [`expand`]; users depend on `dsocs-core`, which re-exports it.
 
-mod ast;
 mod check;
-mod core_path;
 mod emit;
-mod errors;
 mod expand;
 mod graph;
 mod hash;
-mod input;
-mod layout;
-mod limits;
 mod lower;
 mod mechanics;
-mod mistake;
+mod mistakes;
 mod model;
-mod names;
-mod nearest;
 mod parse;
 mod passes;
 mod program;
 mod recurrences;
-mod shared;
-mod source;
-mod stub;
 mod syntax;
 #[cfg(test)]
 mod tests;
@@ -46,10 +35,10 @@ mod text;
 
 pub use emit::{Call, Data, Quantity, Series};
 pub use expand::expand;
-pub use limits::within_limits;
+pub use expand::source::{Source, analyze};
 pub use mechanics::Symmetry;
-pub use mistake::{Mistake, Place};
+pub use mistakes::limits::within_limits;
+pub use mistakes::{Mistake, Place};
 pub use model::Model;
-pub use shared::statements;
-pub use source::{Source, analyze};
+pub use syntax::shared::statements;
 pub use text::{Curve, MOST_BYTES, Run, Table, Text, read};

@@ -7,8 +7,8 @@ use proc_macro2::{Ident, TokenStream, TokenTree};
 use syn::{ItemStruct, Path};
 
 use crate::graph::{Graph, Leaf, NodeId, Param};
-use crate::input::{ParameterField, is_of_samples};
-use crate::mistake::Mistake;
+use crate::mistakes::Mistake;
+use crate::syntax::input::{ParameterField, is_of_samples};
 
 /// A declaration that has passed every check, with its expressions in one graph.
 ///

@@ -38,7 +38,7 @@ use std::rc::Rc;
 use proc_macro2::TokenStream;
 
 use crate::hash::{FxBuildHasher, HashMap, HashSet};
-use crate::limits;
+use crate::mistakes::limits;
 
 use sets::{Set, Sets};
 

@@ -1,4 +1,8 @@
 //! The functions of one argument, each a line of one table.
+//!
+//! A new function also has a recurrence in [`crate::recurrences`], which the compiler asks for, and its place in
+//! `dsocs_core::tape`. Where its change can be formed without cancellation, [`difference`](Graph::difference)
+//! knows how.
 
 use super::{Graph, NodeId};
 

@@ -3,13 +3,8 @@
 use proc_macro2::Ident;
 use syn::ItemStruct;
 
-use crate::ast::{
-    Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Scalar, Statement,
-};
 use crate::check;
-use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
-use crate::input::{Fields, ParameterField};
 use crate::lower::lowering::{Lowering, Maps};
 use crate::lower::names::unused;
 use crate::lower::names::{Binding, Scope};
@@ -19,8 +14,13 @@ use crate::lower::statements::multiples;
 use crate::lower::statements::reduction;
 use crate::lower::values::rotations;
 use crate::mechanics;
+use crate::mistakes::errors::{Errors, Reported};
 use crate::model::{Docs, Kind, Model, Row};
+use crate::syntax::ast::{
+    Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Scalar, Statement,
+};
 use crate::syntax::first_paragraph;
+use crate::syntax::input::{Fields, ParameterField};
 
 /// The model of a declaration whose syntax has been checked, with the result `checked`.
 pub(crate) fn model(

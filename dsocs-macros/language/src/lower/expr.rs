@@ -4,16 +4,16 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Block, Expr, ExprField, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
-use crate::errors::Reported;
 use crate::graph::Leaf;
-use crate::input::Field;
 use crate::lower::functions::closed::{free, is_circle_constant};
 use crate::lower::lowering::{Lowered, Lowering};
 use crate::lower::names::Binding;
 use crate::lower::names::unknown_names::{is_zero, not_a_number};
 use crate::lower::values::{Value, Valued};
-use crate::nearest::nearest;
+use crate::mistakes::errors::Reported;
+use crate::mistakes::nearest::nearest;
 use crate::parse::plain_let;
+use crate::syntax::input::Field;
 use crate::syntax::{bare, plain_name};
 
 /// The error for a sign before a rotation.

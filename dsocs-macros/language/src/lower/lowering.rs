@@ -4,13 +4,13 @@ use proc_macro2::{Ident, TokenStream};
 use quote::ToTokens;
 use syn::Expr;
 
-use crate::ast::{Declaration, Group};
-use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
-use crate::input::Fields;
 use crate::lower::names::{Binding, Scope};
+use crate::mistakes::errors::{Errors, Reported};
 use crate::model::{PairPoint, TriplePoint};
+use crate::syntax::ast::{Declaration, Group};
 use crate::syntax::bare;
+use crate::syntax::input::Fields;
 
 /// A node, unless a mistake was reported.
 pub(crate) type Lowered = Result<NodeId, Reported>;

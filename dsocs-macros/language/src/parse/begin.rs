@@ -4,8 +4,8 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 use super::foreign_statement_hint;
 use super::{STATEMENTS, expected_statement};
-use crate::errors::{Errors, Reported};
-use crate::nearest::nearest;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::mistakes::nearest::nearest;
 
 /// The tokens of a statement after its documentation.
 pub(super) fn words(statement: &TokenStream) -> impl Iterator<Item = TokenTree> + use<> {

@@ -8,8 +8,8 @@ use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, Lit, Token, parenthesized, token};
 
 use super::only_documentation;
-use crate::ast::{Coordinates, Group};
-use crate::errors::{Errors, Reported};
+use crate::mistakes::errors::{Errors, Reported};
+use crate::syntax::ast::{Coordinates, Group};
 use crate::syntax::{bare, doc, plain_name};
 
 /// The most coordinates of a system: its code grows at least with the square of their number.

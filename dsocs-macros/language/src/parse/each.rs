@@ -2,8 +2,8 @@
 
 use syn::{Expr, ExprCall, ReturnType};
 
-use crate::ast::{Entry, Index};
-use crate::errors::{Errors, Reported};
+use crate::mistakes::errors::{Errors, Reported};
+use crate::syntax::ast::{Entry, Index};
 use crate::syntax::{bare, integer, plain_name, plain_parameter, range_of};
 
 /// The most entries into which a list may expand.

@@ -3,8 +3,8 @@
 use proc_macro2::Ident;
 use syn::{Attribute, Expr, Local, Pat};
 
-use crate::ast::{Declaration, Let};
-use crate::errors::{Errors, Reported};
+use crate::mistakes::errors::{Errors, Reported};
+use crate::syntax::ast::{Declaration, Let};
 use crate::syntax::doc;
 
 /// Reads a `let` of the declaration.

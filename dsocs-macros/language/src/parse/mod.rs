@@ -5,10 +5,12 @@ use quote::ToTokens;
 use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, ExprCall, Item, Stmt, Token};
 
-use crate::ast::{Branch, Constraints, Declaration, Directions, Map, Observe, Scalar, Side, Statement};
-use crate::errors::{Errors, Reported};
-use crate::shared::{self, StatementTokens};
+use crate::mistakes::errors::{Errors, Reported};
+use crate::syntax::ast::{
+    Branch, Constraints, Declaration, Directions, Map, Observe, Scalar, Side, Statement,
+};
 use crate::syntax::plain_name;
+use crate::syntax::shared::{self, StatementTokens};
 
 mod begin;
 mod coordinates;

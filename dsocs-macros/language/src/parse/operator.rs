@@ -3,7 +3,7 @@
 use proc_macro2::{Ident, Spacing, Span, TokenStream, TokenTree};
 
 use super::STATEMENTS;
-use crate::errors::Errors;
+use crate::mistakes::errors::Errors;
 
 /// The error for tokens that cannot be read, with a hint if an operator is missing at its place.
 pub(super) fn missing(tokens: &TokenStream, error: syn::Error, errors: &Errors) -> syn::Error {

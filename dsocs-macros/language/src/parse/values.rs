@@ -4,9 +4,9 @@ use proc_macro2::Ident;
 use syn::{Expr, Path};
 
 use super::each;
-use crate::ast::{Entry, MapRule};
-use crate::errors::{Errors, Reported};
-use crate::nearest::did_you_mean;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::mistakes::nearest::did_you_mean;
+use crate::syntax::ast::{Entry, MapRule};
 use crate::syntax::{bare, plain_name};
 
 /// The rows of a constraint statement.

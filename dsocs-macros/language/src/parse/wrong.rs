@@ -4,10 +4,10 @@ use proc_macro2::{Ident, TokenStream, TokenTree};
 use syn::ExprCall;
 
 use super::{STATEMENTS, begin, foreign_statement_hint};
-use crate::ast::{Declaration, Let, Statement};
-use crate::errors::{Errors, Reported};
-use crate::names::SETTINGS_OF_RUN;
-use crate::nearest::nearest;
+use crate::check::names::SETTINGS_OF_RUN;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::mistakes::nearest::nearest;
+use crate::syntax::ast::{Declaration, Let, Statement};
 use crate::syntax::plain_name;
 
 /// Marks every statement that seems to begin in these tokens as malformed, so that it is not reported as missing.

@@ -12,7 +12,6 @@ mod addition_theorem;
 mod attitude;
 mod clear;
 mod collapse;
-mod continuous_quotient;
 mod distribute;
 mod eliminate;
 mod motion;
@@ -31,8 +30,8 @@ use crate::graph::algebra::{Merge, Simplify, gather_entries};
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
-pub(crate) use continuous_quotient::with_continuous_quotients;
-pub(crate) use motion::{without_cancellation, without_factors};
+pub(crate) use motion::continuous;
+pub(crate) use quotient::continuous::with_continuous_quotients;
 
 /// The most rows for which common factors of the parameters and `h` are dropped.
 const MOST_ROWS_WITH_FACTORS: usize = 2;
@@ -240,7 +239,7 @@ pub(crate) fn motion(
 
     // divide, then collapse: without their declared factors rows may be affine, and then they are eliminated,
     // too
-    system.rows = without_factors(graph, &system.rows, velocities, (n, multipliers), &system.unknown);
+    system.rows = motion::without_factors(graph, &system.rows, velocities, (n, multipliers), &system.unknown);
     graph.rewrite_all(
         system.rows.iter_mut().map(|row| &mut row.value),
         &mut Collapse::new(Variables::Motion),

@@ -8,13 +8,40 @@ use super::{Cost, MOST_SOLVED};
 use crate::graph::algebra::{Expansion, Simplify};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::{HashMap, HashSet};
-use crate::mechanics::Equation;
+use crate::mechanics::{self, Equation};
+use crate::model::Model;
+
+/// The rows of the continuous system without their declared factors, then their Jacobian by the accelerations
+/// and multipliers; and the constraint force.
+pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> (Vec<NodeId>, Vec<NodeId>) {
+    let (n, multipliers) = (model.coordinates.len(), model.multipliers());
+    let equations = mechanics::continuous(model, graph);
+    let unknown = (0..n).map(Leaf::A).chain((0..multipliers).map(Leaf::Lambda));
+    let unknown: Vec<Leaf> = unknown.collect();
+    let rows = without_factors(
+        graph,
+        &equations.rows,
+        &equations.velocities,
+        (n, multipliers),
+        &unknown,
+    );
+    let mut rows: Vec<NodeId> = rows.iter().map(|row| row.value).collect();
+    for (row, declared) in rows.iter_mut().zip(&equations.rows) {
+        if declared.divide.is_some() {
+            *row = without_cancellation(graph, *row);
+        }
+    }
+    for row in rows.clone() {
+        rows.extend(unknown.iter().map(|&leaf| graph.derivative(row, leaf)));
+    }
+    (rows, equations.force)
+}
 
 /// The rows of the continuous motion of `n` coordinates without their declared factors. These are of order 1
 /// at most, and where the other rows hold they divide as polynomials in a velocity; then the quotient has a
 /// value where the factor is zero. `velocities` are the constraints on velocities
 /// (`ContinuousEquations`).
-pub(crate) fn without_factors(
+pub(super) fn without_factors(
     graph: &mut Graph,
     rows: &[Equation],
     velocities: &[NodeId],
@@ -58,7 +85,7 @@ pub(super) fn exact(
 
 /// A quotient with its terms gathered, since solutions and divisions leave terms that would cancel in
 /// numbers, with a loss of digits.
-pub(crate) fn without_cancellation(graph: &mut Graph, quotient: NodeId) -> NodeId {
+pub(super) fn without_cancellation(graph: &mut Graph, quotient: NodeId) -> NodeId {
     let gathered = graph.rewrite(quotient, &mut Collapse::new(Variables::Motion));
     graph.rewrite(gathered, &mut Simplify::default())
 }

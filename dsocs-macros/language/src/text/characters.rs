@@ -8,7 +8,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::{Lit, LitStr};
 
 use super::DEEPEST;
-use crate::mistake::Mistake;
+use crate::mistakes::Mistake;
 
 /// Characters that look like a sign of the language, and that sign.
 const LOOK_ALIKE: [(&str, char); 16] = [

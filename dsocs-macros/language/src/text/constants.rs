@@ -6,9 +6,9 @@ use proc_macro2::{Group, Ident, Literal, Punct, Spacing, TokenStream, TokenTree}
 use syn::{Expr, Lit, UnOp};
 
 use super::split::Parts;
-use crate::errors::Errors;
-use crate::names::RESERVED;
-use crate::nearest::did_you_mean;
+use crate::check::names::RESERVED;
+use crate::mistakes::errors::Errors;
+use crate::mistakes::nearest::did_you_mean;
 use crate::syntax::bare;
 
 /// Replaces the names of constants by their numbers. The values in `given` override those of the text.

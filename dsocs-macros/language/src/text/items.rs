@@ -3,7 +3,7 @@
 use proc_macro2::{Delimiter, Group, Ident, TokenStream, TokenTree};
 use syn::{Attribute, Expr};
 
-use crate::errors::{Errors, Reported};
+use crate::mistakes::errors::{Errors, Reported};
 use crate::parse::{DEEPEST, expression, too_deep};
 
 /// An entry of a block.

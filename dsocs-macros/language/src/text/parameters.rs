@@ -5,8 +5,8 @@ use quote::{ToTokens, quote};
 use syn::{Attribute, Expr, ExprCall, Lit, LitStr};
 
 use super::items::{self, Item};
-use crate::errors::{Errors, Reported};
-use crate::mistake::Place;
+use crate::mistakes::Place;
+use crate::mistakes::errors::{Errors, Reported};
 use crate::syntax::{bare, doc, plain_name};
 
 /// The interpolation of a table of samples, as explained at `dsocs_core::Samples`.

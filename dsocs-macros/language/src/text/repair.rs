@@ -3,7 +3,7 @@
 
 use proc_macro2::{Delimiter, Group, Ident, Literal, Punct, Spacing, Span, TokenStream, TokenTree};
 
-use crate::errors::Errors;
+use crate::mistakes::errors::Errors;
 use crate::parse::{STATEMENTS, foreign_statement_hint};
 
 /// Words that begin statements and that Rust reserves, so that the rest of such a statement cannot be read.

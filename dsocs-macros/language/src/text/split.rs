@@ -3,7 +3,7 @@
 use proc_macro2::{Delimiter, Group, Ident, TokenStream, TokenTree};
 use syn::{Lit, LitStr};
 
-use crate::errors::Errors;
+use crate::mistakes::errors::Errors;
 
 /// The parts of a text.
 #[derive(Default)]

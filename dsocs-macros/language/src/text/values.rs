@@ -7,17 +7,17 @@ use syn::{Expr, Lit};
 
 use super::items::{self, Item};
 use super::parameters::{Parameter, Value};
-use crate::ast::{Declaration, Entry};
-use crate::errors::{Errors, Reported};
+use crate::check::names::SETTINGS_OF_RUN;
 use crate::graph::{NodeId, Param};
-use crate::input::Fields;
-use crate::input::ParameterField;
 use crate::lower::{Lowering, circle_constant};
+use crate::mistakes::errors::{Errors, Reported};
+use crate::mistakes::nearest::did_you_mean;
 use crate::model::Model;
-use crate::names::SETTINGS_OF_RUN;
-use crate::nearest::did_you_mean;
 use crate::parse::entries;
+use crate::syntax::ast::{Declaration, Entry};
 use crate::syntax::bare;
+use crate::syntax::input::Fields;
+use crate::syntax::input::ParameterField;
 
 /// A `run { … }` block.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,11 +9,11 @@ use super::straight_line::matrix;
 use crate::emit::facts::Facts;
 use crate::graph::Leaf;
 use crate::hash::HashMap;
-use crate::input::ParameterField;
 use crate::model::Model;
 use crate::passes::sparse::Order;
 use crate::program::Value;
 use crate::program::stages::Stages;
+use crate::syntax::input::ParameterField;
 
 /// The place of a leaf in the arguments of the generated methods.
 fn argument(leaf: Leaf) -> Place {

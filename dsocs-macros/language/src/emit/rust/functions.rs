@@ -10,8 +10,8 @@ use quote::{ToTokens, format_ident, quote, quote_spanned};
 
 use crate::graph::{Callee, Graph, Node};
 use crate::lower::Builtin;
+use crate::mistakes::nearest::nearest;
 use crate::model::{Displacements, Model};
-use crate::nearest::nearest;
 
 /// The most arguments of a function that is called through `dsocs_core`, which has error messages for wrong
 /// functions.

@@ -15,9 +15,9 @@ use quote::quote;
 use super::assemble::{Assembled, assembled};
 use super::facts::Facts;
 use super::tape;
-use crate::input::ParameterField;
 use crate::model::{Model, Warning, unraw};
 use crate::passes;
+use crate::syntax::input::ParameterField;
 
 use functions::Functions;
 use kernel::{kernel, send_and_sync};

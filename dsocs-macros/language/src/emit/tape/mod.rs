@@ -4,7 +4,7 @@ mod calls;
 mod recurrences;
 mod segment;
 
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::{Graph, NodeId};
 use crate::hash::HashMap;
 use crate::mechanics::{self, LowerOrder, Sides, StepEquations, Switches, Table};
 use crate::model::{Kind, Model};
@@ -61,40 +61,19 @@ pub(crate) struct Expressions {
 
 impl Expressions {
     pub(crate) fn new(model: &Model) -> Self {
-        let n = model.coordinates.len();
         let mut graph: Graph = model.graph.clone();
         let discrete_lagrangian = mechanics::discrete_lagrangian(model, &mut graph);
         let external = mechanics::external_on_leg(model, &mut graph);
         let external = mechanics::on_first_leg(model, &mut graph, &external.unwrap_or_default().concat());
         let momentum_at_second_node = mechanics::momentum_at_second_node(model, &mut graph);
         let energy = mechanics::energy(model, &mut graph);
-        let equations = mechanics::continuous(model, &mut graph);
-        let unknown: Vec<Leaf> = (0..n)
-            .map(Leaf::A)
-            .chain((0..model.multipliers()).map(Leaf::Lambda))
-            .collect();
-        let rows = passes::without_factors(
-            &mut graph,
-            &equations.rows,
-            &equations.velocities,
-            (n, model.multipliers()),
-            &unknown,
-        );
-        let mut continuous: Vec<NodeId> = rows.iter().map(|row| row.value).collect();
-        for (row, declared) in continuous.iter_mut().zip(&equations.rows) {
-            if declared.divide.is_some() {
-                *row = passes::without_cancellation(&mut graph, *row);
-            }
-        }
-        for row in continuous.clone() {
-            continuous.extend(unknown.iter().map(|&leaf| graph.derivative(row, leaf)));
-        }
+        let (continuous, force) = passes::continuous(model, &mut graph);
         Self {
             graph,
             discrete_lagrangian,
             energy,
             continuous,
-            force: equations.force,
+            force,
             external,
             momentum_at_second_node,
             switches: mechanics::switches(model),

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use crate::graph::{Graph, Node, NodeId, collect};
 use crate::hash::HashMap;
-use crate::limits;
+use crate::mistakes::limits;
 
 /// The most terms of a product that is multiplied out.
 pub(super) const MOST_TERMS: usize = 20_000;

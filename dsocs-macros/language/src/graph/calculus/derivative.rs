@@ -4,7 +4,7 @@
 use crate::graph::calculus::rotation::SLOTS;
 use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::HashMap;
-use crate::limits;
+use crate::mistakes::limits;
 
 /// The direction of a derivative.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]

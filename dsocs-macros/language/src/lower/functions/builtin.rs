@@ -5,10 +5,10 @@ use std::f64::consts::{LN_2, LN_10, PI};
 use proc_macro2::Ident;
 use syn::Expr;
 
-use crate::errors::Reported;
 use crate::graph::{Comparison, Graph, NodeId, Unary};
 use crate::lower::lowering::{Lowered, Lowering};
 use crate::lower::values::Value;
+use crate::mistakes::errors::Reported;
 
 /// A function of `f64`, called as a method.
 #[derive(Clone, Copy, Debug)]

@@ -4,15 +4,15 @@ use proc_macro2::{Ident, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 use syn::{Expr, ExprCall, ExprMethodCall};
 
-use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
-use crate::input::{Field, Kind, field_of_self};
 use crate::lower::functions::builtin::{Builtin, is_not_supported};
 use crate::lower::lowering::{DerivativeTokens, Lowered, Lowering};
 use crate::lower::names::Binding;
 use crate::lower::names::foreign_names::is_module;
 use crate::lower::values::{Value, Valued};
-use crate::nearest::{did_you_mean, nearest};
+use crate::mistakes::errors::Reported;
+use crate::mistakes::nearest::{did_you_mean, nearest};
+use crate::syntax::input::{Field, Kind, field_of_self};
 use crate::syntax::{bare, plain_name};
 
 /// `name` in `f64::name`.

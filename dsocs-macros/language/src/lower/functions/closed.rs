@@ -7,11 +7,11 @@ use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprCall, ExprIndex, ExprPath, FieldValue, Member, PatIdent, Token};
 
-use crate::errors::Reported;
-use crate::input::field_of_self;
+use crate::check::names::RESERVED;
 use crate::lower::lowering::Lowering;
 use crate::lower::names::Binding;
-use crate::names::RESERVED;
+use crate::mistakes::errors::Reported;
+use crate::syntax::input::field_of_self;
 use crate::syntax::{bare, plain_name};
 
 /// A search for names of the motion or of the language.

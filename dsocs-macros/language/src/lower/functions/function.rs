@@ -7,12 +7,12 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use crate::ast::Entry;
-use crate::errors::Reported;
 use crate::graph::NodeId;
 use crate::lower::lowering::Lowering;
 use crate::lower::names::{Binding, Function};
 use crate::lower::values::{Value, Valued};
+use crate::mistakes::errors::Reported;
+use crate::syntax::ast::Entry;
 use crate::syntax::{bare, plain_parameter, range_of};
 
 /// The most terms and calls into which a declaration may expand.

@@ -3,9 +3,9 @@
 use proc_macro2::Ident;
 use quote::ToTokens;
 
-use crate::errors::{Errors, Reported};
 use crate::lower::functions::builtin::Builtin;
 use crate::lower::lowering::Lowering;
+use crate::mistakes::errors::{Errors, Reported};
 
 /// Functions of numbers under names of other languages, and the method to use here.
 const METHODS: [(&str, &str); 24] = [

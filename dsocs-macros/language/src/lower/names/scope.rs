@@ -5,19 +5,19 @@ use std::rc::Rc;
 use proc_macro2::Ident;
 use syn::ExprClosure;
 
-use crate::errors::{Errors, Reported};
+use crate::check::names::{check_reserved, report_clash};
 use crate::graph::NodeId;
 use crate::lower::Value;
-use crate::names::{check_reserved, report_clash};
+use crate::mistakes::errors::{Errors, Reported};
 
 /// The meaning of a name.
 #[derive(Clone)]
 pub(crate) enum Binding {
     /// A coordinate, by its index.
     Coordinate(usize),
-    /// An array of coordinates, by its index among [`Coordinates::groups`](crate::ast::Coordinates::groups).
+    /// An array of coordinates, by its index among [`Coordinates::groups`](crate::syntax::ast::Coordinates::groups).
     Array(usize),
-    /// A rotation, by its index among [`Coordinates::groups`](crate::ast::Coordinates::groups).
+    /// A rotation, by its index among [`Coordinates::groups`](crate::syntax::ast::Coordinates::groups).
     Rotation(usize),
     /// A field of the struct, by its index.
     Field(usize),

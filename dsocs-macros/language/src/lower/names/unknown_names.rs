@@ -4,13 +4,13 @@ use proc_macro2::{Ident, Span};
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, UnOp};
 
-use crate::errors::{Errors, Reported};
-use crate::input::Field;
 use crate::lower::lowering::Lowering;
 use crate::lower::names::Binding;
 use crate::lower::names::foreign_names::constant;
 use crate::lower::names::look_alike;
-use crate::nearest::nearest;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::mistakes::nearest::nearest;
+use crate::syntax::input::Field;
 use crate::syntax::{bare, plain_name};
 
 /// Endings of names of derivatives in other languages, and their meaning; longer ones first, since `x_ddot`

@@ -6,9 +6,9 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprPath};
 
-use crate::ast::{Declaration, Entry, Let, MapRule};
 use crate::graph::{Graph, Leaf};
 use crate::model::{Kind, Model, Warning};
+use crate::syntax::ast::{Declaration, Entry, Let, MapRule};
 
 /// The warnings about unused `let`s and undetermined coordinates of a model.
 pub(crate) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning> {

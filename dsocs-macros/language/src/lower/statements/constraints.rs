@@ -3,13 +3,13 @@
 use quote::ToTokens;
 use syn::Expr;
 
-use crate::ast::{Constraints, Declaration, Directions, Side};
-use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::lower::lowering::{Lowered, Lowering};
 use crate::lower::values::{Value, Valued};
 use crate::mechanics::{Defect, annihilator};
+use crate::mistakes::errors::Reported;
 use crate::model::{Displacements, Form, Kind, Row};
+use crate::syntax::ast::{Constraints, Declaration, Directions, Side};
 
 /// Vectors of `n` components each.
 type Vectors = Vec<Vec<NodeId>>;

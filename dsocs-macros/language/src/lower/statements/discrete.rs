@@ -4,14 +4,14 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall};
 
-use crate::ast::Constraints;
-use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::hash::HashMap;
 use crate::lower::lowering::{Lowered, Lowering, Maps, Nodes};
 use crate::lower::names::Binding;
 use crate::lower::values::Valued;
+use crate::mistakes::errors::Reported;
 use crate::model::{PairPoint, TriplePoint};
+use crate::syntax::ast::Constraints;
 use crate::syntax::bare;
 
 impl Lowering<'_> {

@@ -4,12 +4,12 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use crate::ast::{Declaration, Map, MapRule};
-use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::lower::lowering::{Lowered, Lowering};
 use crate::lower::names::Binding;
+use crate::mistakes::errors::Reported;
 use crate::model::{PairPoint, TriplePoint};
+use crate::syntax::ast::{Declaration, Map, MapRule};
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {

@@ -11,14 +11,14 @@ use proc_macro2::Ident;
 use quote::{ToTokens, format_ident};
 use syn::Expr;
 
-use crate::ast::{Branch, Observe, Scalar};
-use crate::errors::Reported;
+use crate::check::names::check_column;
 use crate::graph::NodeId;
 use crate::lower::lowering::{Lowered, Lowering, with_jerk_named};
 use crate::lower::names::Binding;
 use crate::lower::values::Value;
-use crate::names::check_column;
-use crate::nearest::did_you_mean;
+use crate::mistakes::errors::Reported;
+use crate::mistakes::nearest::did_you_mean;
+use crate::syntax::ast::{Branch, Observe, Scalar};
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {

@@ -3,8 +3,8 @@
 //! A row that is a multiple of another one adds no condition, so the step has no unique solution. Other
 //! dependent rows are found in a run, which names them.
 
-use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, Leaf, NodeId};
+use crate::mistakes::errors::{Errors, Reported};
 use crate::model::{Kind, Row};
 
 /// Refuses rows that are multiples of earlier rows or of their derivatives, by factors of lower order than

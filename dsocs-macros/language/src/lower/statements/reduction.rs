@@ -1,10 +1,10 @@
 //! The statement `reduced(…)`: coordinates whose positions may occur in no equation.
 
-use crate::ast::{Declaration, Group};
-use crate::errors::{Errors, Reported};
 use crate::mechanics;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::mistakes::nearest::nearest;
 use crate::model::Model;
-use crate::nearest::nearest;
+use crate::syntax::ast::{Declaration, Group};
 
 /// Refuses coordinates in `reduced(…)` whose positions occur in an equation.
 pub(crate) fn check(

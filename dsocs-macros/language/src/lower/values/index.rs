@@ -5,11 +5,11 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprIndex, Member, UnOp};
 
-use crate::errors::Reported;
 use crate::graph::Leaf;
 use crate::lower::lowering::Lowering;
 use crate::lower::names::Binding;
 use crate::lower::values::{Value, Valued};
+use crate::mistakes::errors::Reported;
 use crate::syntax::{bare, integer, plain_name};
 
 /// The error for an index behind a rotation.

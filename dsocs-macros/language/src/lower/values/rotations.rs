@@ -3,8 +3,6 @@
 use proc_macro2::Ident;
 use syn::{BinOp, Expr};
 
-use crate::ast::{Declaration, MapRule};
-use crate::errors::{Errors, Reported};
 use crate::graph::calculus::rotation::Quaternion;
 use crate::graph::{Leaf, NodeId};
 use crate::lower::expr::SIGN_OF_ROTATION;
@@ -12,7 +10,9 @@ use crate::lower::lowering::Lowering;
 use crate::lower::values::index::INDEX_OF_ROTATION;
 use crate::lower::values::vectors::ROTATION_METHODS;
 use crate::lower::values::{Value, Valued};
+use crate::mistakes::errors::{Errors, Reported};
 use crate::model::Row;
+use crate::syntax::ast::{Declaration, MapRule};
 
 impl Lowering<'_> {
     /// A rotation by the index of its group.

@@ -2,11 +2,11 @@
 
 use syn::{Expr, ExprClosure};
 
-use crate::ast::Group;
-use crate::errors::Reported;
 use crate::graph::NodeId;
 use crate::lower::lowering::Lowering;
 use crate::lower::values::Value;
+use crate::mistakes::errors::Reported;
+use crate::syntax::ast::Group;
 use crate::syntax::bare;
 
 /// A component, as written or computed.

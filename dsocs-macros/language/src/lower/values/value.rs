@@ -1,8 +1,8 @@
 //! The value of an expression: a number, a vector, a matrix or a rotation.
 
-use crate::errors::Reported;
 use crate::graph::NodeId;
 use crate::graph::calculus::rotation::Quaternion;
+use crate::mistakes::errors::Reported;
 
 /// A value, unless a mistake was reported.
 pub(crate) type Valued = Result<Value, Reported>;

@@ -4,13 +4,13 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprMethodCall};
 
-use crate::errors::Reported;
 use crate::graph::{Graph, NodeId, Unary};
 use crate::lower::lowering::{Lowered, Lowering};
 use crate::lower::names::Binding;
 use crate::lower::names::foreign_names::vector_method;
 use crate::lower::values::{Value, Valued};
-use crate::nearest::did_you_mean;
+use crate::mistakes::errors::Reported;
+use crate::mistakes::nearest::did_you_mean;
 use crate::syntax::{bare, plain_name};
 
 /// The names of the methods of vectors and matrices.

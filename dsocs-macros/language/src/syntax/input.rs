@@ -5,7 +5,7 @@ use quote::{ToTokens, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Type};
 
-use crate::errors::{Errors, Reported};
+use crate::mistakes::errors::{Errors, Reported};
 use crate::syntax::{bare, doc};
 
 /// The fields of the struct.

@@ -1,16 +1,21 @@
 //! The whole front end: the tokens of the attribute and of the item → the item with its implementation, or
 //! errors.
 
+pub(crate) mod core_path;
+pub(crate) mod source;
+mod stub;
+
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Generics, Ident, Item, Path};
 
 use crate::check::check;
 use crate::emit::{Data, Series};
-use crate::errors::{Errors, compile_errors};
-use crate::input::{Fields, not_a_struct};
+use crate::mistakes::errors::{Errors, compile_errors};
 use crate::model::Model;
-use crate::{core_path, emit, layout, lower, parse, shared, stub};
+use crate::syntax::input::{Fields, not_a_struct};
+use crate::syntax::{layout, shared};
+use crate::{emit, lower, parse};
 
 /// The expansion of `#[dsocs { declaration }] item`: the item with its implementation. For a wrong
 /// declaration it is the item with an error at every mistake and an empty implementation, so that no other

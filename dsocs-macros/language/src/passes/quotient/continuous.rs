@@ -6,10 +6,10 @@
 //! equations of motion are used before the discretization: the constraint becomes its continuous quotient,
 //! which is zero for the same motions (except those with `w = 0`), and the order stays.
 
-use super::{eliminated, motion, of_step, quotient};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics;
 use crate::model::{Kind, Model};
+use crate::passes::{eliminated, motion, of_step, quotient};
 
 /// The declaration with such constraints replaced by their quotients; `None` if there are none.
 pub(crate) fn with_continuous_quotients(model: &Model) -> Option<Model> {

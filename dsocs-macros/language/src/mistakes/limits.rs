@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use proc_macro2::Span;
 
-use crate::mistake::Mistake;
+use crate::mistakes::Mistake;
 
 /// The largest cost of a text: one for each operation in the graph, and one for each of its operands. A chain
 /// of 32 links costs a quarter of it.

@@ -31,11 +31,12 @@ use quote::quote_spanned;
 use syn::ItemStruct;
 
 use crate::check::check;
-use crate::errors::Errors;
-use crate::input::Fields;
-use crate::mistake::Mistake;
+use crate::mistakes::Mistake;
+use crate::mistakes::errors::Errors;
 use crate::model::Model;
-use crate::{layout, lower, parse};
+use crate::syntax::input::Fields;
+use crate::syntax::layout;
+use crate::{lower, parse};
 
 pub use parameters::{Curve, Table};
 pub use values::Run;

@@ -5,9 +5,9 @@ use std::collections::hash_map::Entry;
 
 use proc_macro2::Ident;
 
-use crate::ast::{Declaration, Group, Let};
-use crate::errors::{Errors, Reported};
-use crate::input::Fields;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::syntax::ast::{Declaration, Group, Let};
+use crate::syntax::input::Fields;
 
 /// Words of the language, which cannot be defined anew, and their meanings.
 pub(crate) const RESERVED: [(&str, &str); 8] = [

@@ -14,7 +14,7 @@ use std::rc::Rc;
 
 use crate::graph::{Bits, NodeId};
 use crate::hash::HashMap;
-use crate::limits;
+use crate::mistakes::limits;
 
 pub(crate) use product::Product;
 

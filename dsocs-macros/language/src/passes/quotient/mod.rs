@@ -9,6 +9,8 @@
 //! after the other, and the solutions substituted in this row, until it does. Of rows that cannot be solved
 //! at all parameters and positions, multiples are subtracted.
 
+pub(super) mod continuous;
+
 use super::eliminate::{Elimination, Rule};
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::hash::{HashMap, HashSet};

@@ -1,5 +1,9 @@
 //! Mistakes and warnings of a declaration, each with its place.
 
+pub(crate) mod errors;
+pub(crate) mod limits;
+pub(crate) mod nearest;
+
 use std::fmt;
 
 use proc_macro2::Span;

@@ -1,11 +1,16 @@
 //! Helpers for Rust's syntax: plain names, expressions without parentheses, documentation.
 
+pub(crate) mod ast;
+pub(crate) mod input;
+pub(crate) mod layout;
+pub(crate) mod shared;
+
 use std::ops::Range;
 
 use proc_macro2::Ident;
 use syn::{Attribute, BinOp, Expr, ExprRange, Lit, Meta, Pat, RangeLimits, UnOp};
 
-use crate::errors::{Errors, Reported};
+use crate::mistakes::errors::{Errors, Reported};
 
 /// The name, if an expression is a plain one.
 pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {

@@ -5,7 +5,7 @@
 use proc_macro2::Ident;
 use syn::{Expr, ExprClosure, Path};
 
-use crate::errors::Reported;
+use crate::mistakes::errors::Reported;
 
 /// A statement that a declaration has at most once.
 #[derive(Clone, Debug, Default)]

@@ -4,7 +4,7 @@ use proc_macro2::{LexError, Span, TokenStream};
 use syn::{Attribute, Item, Meta};
 
 use crate::expand;
-use crate::mistake::Mistake;
+use crate::mistakes::Mistake;
 use crate::model::Model;
 
 /// The input of [`analyze`]: a struct with the attribute `#[dsocs { … }]`.

@@ -3,7 +3,7 @@
 use proc_macro2::{Delimiter, LineColumn, Spacing, TokenStream, TokenTree};
 use syn::{Lit, LitStr};
 
-use crate::shared;
+use crate::syntax::shared;
 
 /// The text of a declaration, with its tokens in the lines and columns of the source, as far as these are
 /// known. Comments are left out, documentation is kept.

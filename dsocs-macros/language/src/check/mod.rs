@@ -1,11 +1,12 @@
 //! Checks of a declaration that need no expression: names, and numbers of equations.
 
+pub(crate) mod names;
+
 use proc_macro2::Ident;
 
-use crate::ast::{Branch, Constraints, Declaration, Directions, Side, Statement};
-use crate::errors::{Errors, Reported};
-use crate::input::Fields;
-use crate::names;
+use crate::mistakes::errors::{Errors, Reported};
+use crate::syntax::ast::{Branch, Constraints, Declaration, Directions, Side, Statement};
+use crate::syntax::input::Fields;
 
 /// Checks the names, and the numbers of entries in `branch` and `discrete_kinematic`.
 pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors) -> Result<(), Reported> {

@@ -10,7 +10,7 @@ use quote::{quote, quote_spanned};
 use syn::parse::{Parse, ParseStream, Parser};
 use syn::{Attribute, Path, Token, Visibility, braced};
 
-use crate::errors::compile_errors;
+use crate::mistakes::errors::compile_errors;
 
 /// A statement, as tokens with their `;`.
 pub(crate) struct StatementTokens {
