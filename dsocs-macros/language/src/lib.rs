@@ -13,7 +13,7 @@
 //! - `emit`: operations and recurrences → Rust, or data for an engine that runs them without a compiler.
 //!
 //! Mistakes are collected in `mistakes` and reported at the user's own tokens. The attribute itself is in
-//! `dsocs-macros` and only calls [`expand`]; users depend on `dsocs-core`, which re-exports it.
+//! `dsocs-macros` and only calls [`fn@expand`]; users depend on `dsocs-core`, which re-exports it.
 
 mod check;
 mod emit;

@@ -1,7 +1,7 @@
 //! The passes: from the equations of [`crate::mechanics`] to equations that are fast to evaluate.
 //!
 //! This file is the pipeline: the passes, in order, for the step ([`step`]) and for the continuous motion
-//! ([`motion`]). None of them changes the value of an expression, but for rounding and for the factor by
+//! ([`fn@motion`]). None of them changes the value of an expression, but for rounding and for the factor by
 //! which a row may be multiplied. A pass that makes one expression from another is a
 //! [`Pass`](crate::graph::Pass), taken through the graph by [`Graph::rewrite`].
 //!

@@ -2,4 +2,4 @@
 
 pub(crate) mod identity;
 pub(crate) mod nonzero;
-mod power;
+pub(crate) mod power;
