@@ -5,13 +5,15 @@ pub mod motions;
 
 use std::cell::OnceCell;
 use std::ops::Range;
+use std::rc::Rc;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
 use crate::check::reasons::dependence::NearlyDependentConstraint;
 use crate::check::reasons::large_numbers::RoundingOfLargeNumbers;
-use crate::check::{Expected, Settings, excuse, larger, order};
+use crate::check::order::{self, Compared};
+use crate::check::{Expected, Settings, excuse, larger};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use motions::{DoubtfulSteps, MotionLegs, SecondNode, State, less};
 
@@ -76,6 +78,8 @@ pub struct CheckedMotion<'a> {
     pub large_numbers: RoundingOfLargeNumbers,
     /// The time up to which the step follows the motion, if it is a small part of the window.
     pub followed_until: OnceCell<Option<f64>>,
+    /// The errors of the motion's own step and of its halves.
+    pub errors: OnceCell<Result<Rc<Compared>, String>>,
 }
 
 impl<'a> CheckedMotion<'a> {
@@ -128,6 +132,7 @@ impl<'a> CheckedMotion<'a> {
             states: states(system, h, &start, motion.until),
             dependent: NearlyDependentConstraint::along(kernel, h, &motion.legs),
             followed_until: OnceCell::new(),
+            errors: OnceCell::new(),
             start,
             first,
             places,

@@ -1,5 +1,7 @@
 //! The errors of a motion against the Taylor flow, without what is rounding.
 
+use std::rc::Rc;
+
 use dsocs_core::geometry::{
     Triple, constraint_force, constraint_multipliers, continuous_multipliers, legendre_plus, multipliers_of,
     roundings,
@@ -44,9 +46,20 @@ pub const FOLLOWING_HALVINGS: usize = 2;
 /// Errors by quantity, step and node, each relative to the component's scale.
 pub type Errors = [Vec<Vec<f64>>; 4];
 
-/// The times, and the errors there of every quantity with every step. The first step is the motion's over
-/// `finest`.
-pub fn errors(motion: &CheckedMotion<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Option<RunError>)> {
+/// Times, the errors there of every quantity with every step, and why the continuous motion ended, if it did.
+pub type Compared = (Vec<f64>, Errors, Option<RunError>);
+
+/// The errors of every quantity with every step. The first step is the motion's over `finest`. Those of the
+/// motion's own step are asked for several times, and found once.
+pub fn errors(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Rc<Compared>> {
+    if finest != 1 {
+        return compare(motion, finest).map(Rc::new);
+    }
+    let own = || compare(motion, 1).map(Rc::new).map_err(|error| error.to_string());
+    Ok(motion.errors.get_or_init(own).clone()?)
+}
+
+fn compare(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Compared> {
     let h = motion.h;
     let steps = match motion.followed_until.get() {
         Some(Some(until)) if finest > DIVISORS[1] => steps_to(motion, *until),
@@ -257,7 +270,8 @@ pub fn followed_nodes(errors: &[f64]) -> usize {
 
 /// The time up to which the step follows the motion, if it is a small part of the window.
 pub fn followed_until(motion: &CheckedMotion<'_>) -> Option<f64> {
-    let (times, errors, _) = errors(motion, 1).ok()?;
+    let compared = errors(motion, 1).ok()?;
+    let (times, errors, _) = &*compared;
     let last = followed_nodes(&errors[0][FOLLOWING_HALVINGS]);
     (last * SMALL_PART <= times.len()).then(|| times[last - 1])
 }

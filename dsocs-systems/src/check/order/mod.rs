@@ -18,7 +18,7 @@ use errors::{HALVINGS, MOST_STEPS, PLATEAU_OF_QUOTIENTS};
 use slope::{FITTED_POINTS, scatter, start_of_rounding};
 use start::{reason_beyond, starts_at_rounding};
 
-pub use errors::{FOLLOWING_HALVINGS, errors, followed_nodes, followed_until};
+pub use errors::{Compared, FOLLOWING_HALVINGS, errors, followed_nodes, followed_until};
 pub use finer_steps::{DIVISORS, with_finer_steps};
 pub use slope::{above_plateau, fitted_slope};
 
@@ -62,15 +62,16 @@ pub fn order(motion: &CheckedMotion<'_>, report: &mut Report) {
 fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
     let measured = errors(motion, parts);
     let declared = motion.expected.order;
-    let (times, errors, ended) = match measured {
-        Ok(found) => found,
+    let compared = match measured {
+        Ok(compared) => compared,
         Err(error) => {
             report.push("slope of the errors of position", Bar::Reported, Err(error));
             return;
         }
     };
+    let (times, errors, ended) = &*compared;
     let last = followed_nodes(&errors[0][FOLLOWING_HALVINGS]);
-    for (k, (name, errors)) in QUANTITIES.into_iter().zip(&errors).enumerate() {
+    for (k, (name, errors)) in QUANTITIES.into_iter().zip(errors).enumerate() {
         if errors[0].is_empty() {
             continue;
         }

@@ -29,7 +29,8 @@ const CHAOTIC_GROWTH: [f64; 3] = [1e3, 30.0, 1e7];
 /// unstable equilibrium: another start within rounding leads as far from the motion as the errors of the
 /// steps are.
 pub fn starts_at_rounding(motion: &CheckedMotion<'_>) -> Option<String> {
-    let (times, errors, _) = errors(motion, 1).ok()?;
+    let compared = errors(motion, 1).ok()?;
+    let (times, errors, _) = &*compared;
     let last = followed_nodes(&errors[0][FOLLOWING_HALVINGS]);
     let finest = errors[0].last()?[..last]
         .iter()

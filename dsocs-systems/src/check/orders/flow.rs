@@ -24,8 +24,8 @@ pub fn measured_order(motion: &CheckedMotion<'_>, remarks: &mut Vec<String>) -> 
     let mut steadiest = f64::INFINITY;
     let mut why = None;
     for parts in DIVISORS {
-        let (times, errors, ended) = match errors(motion, parts) {
-            Ok(found) => found,
+        let compared = match errors(motion, parts) {
+            Ok(compared) => compared,
             Err(error) => {
                 // with a shorter step the motion may be computed
                 if best.1.is_nan() {
@@ -34,7 +34,7 @@ pub fn measured_order(motion: &CheckedMotion<'_>, remarks: &mut Vec<String>) -> 
                 continue;
             }
         };
-        let [positions, ..] = &errors;
+        let (times, [positions, ..], ended) = &*compared;
         let count = followed_nodes(&positions[FOLLOWING_HALVINGS]);
         let samples: Vec<Sample> = positions
             .iter()
@@ -51,7 +51,7 @@ pub fn measured_order(motion: &CheckedMotion<'_>, remarks: &mut Vec<String>) -> 
         if unsteadiness < steadiest || best.1.is_nan() {
             best = (order, times[count - 1]);
             steadiest = unsteadiness;
-            why = ended;
+            why = ended.as_ref().map(ToString::to_string);
         }
         if steadiest < STEADY_POWER {
             break;
