@@ -36,7 +36,7 @@
 //!    `e/h²` has all its digits. The increment `q1 − q0` and the node are sums of second differences. Both sums are
 //!    compensated: each carries its rounding error with it. At `h = 1e-5` a particle is 1e-13
 //!    away from the exact discrete motion after 5·10⁷ steps
-//!    (`cargo test --release -p dsocs-core --lib -- --ignored --nocapture`).
+//!    (`cargo test --release -p dsocs-tests --test core_units -- --ignored --nocapture`).
 //! 4. The first guess of Newton's iteration is extrapolated by a polynomial, of degree 5 at most, through the last
 //!    solutions. The iteration ends when its update is small: the error after an update is quadratic in the update, so
 //!    it is then below rounding. A smooth motion needs one evaluation of rows and Jacobian per step. If an update
