@@ -11,3 +11,5 @@ mod readme;
 pub mod scenes;
 pub mod tape;
 pub mod text;
+
+pub use dsocs_scenes::{dop853, short_or_long};

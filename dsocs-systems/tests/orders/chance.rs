@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use dsocs_scenes::short_or_long;
 use dsocs_systems::check::orders::{Order, Part};
 
 use super::{assert_order, of_text};
@@ -75,9 +76,10 @@ fn drawn(draws: &mut Draws) -> (String, [bool; 2]) {
     (text, low)
 }
 
-/// Asserts, for this many random systems, that the order that follows is measured, and that rows and fields
-/// have the orders of their maps.
-fn follow(draws: u64) {
+/// The order that follows is measured, and rows and fields have the orders of their maps.
+#[test]
+fn the_order_that_follows_is_seen_of_systems_by_chance() {
+    let draws = short_or_long(12, 1000);
     let mut counts = [0; 3];
     for draw in 0..draws {
         let (text, low) = drawn(&mut Draws(draw));
@@ -103,16 +105,4 @@ fn follow(draws: u64) {
     println!("{draws} systems: {counts:?} of order 0, 1, 2");
     let [none, first, second] = counts;
     assert!(none == 0 && first > draws / 10 && second > draws / 10 && first + second == draws);
-}
-
-#[test]
-fn the_order_that_follows_is_seen_of_systems_by_chance() {
-    follow(40);
-}
-
-/// In a release build this takes 10 s.
-#[test]
-#[ignore = "takes a minute; by hand"]
-fn the_order_that_follows_is_seen_of_many_systems_by_chance() {
-    follow(1000);
 }

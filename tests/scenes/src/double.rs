@@ -76,31 +76,6 @@ impl Double {
             low: (a - (high - part)) + (b - part),
         }
     }
-
-    /// Sine and cosine by their series, after reduction by quarter turns.
-    #[must_use]
-    pub fn sine_cosine(self) -> (Self, Self) {
-        let turns = (self.high * FRAC_2_PI).round();
-        let whole = HALF_PI.map(|part| Self::exact(part) * Self::exact(turns));
-        let x = ((self - whole[0]) - whole[1]) - whole[2];
-        let square = -(x * x);
-        let (mut sine, mut cosine) = (x, Self::exact(1.0));
-        let (mut odd, mut even) = (x, Self::exact(1.0));
-        for [of_even, of_odd] in PARTS.iter() {
-            even = even * square * *of_even;
-            odd = odd * square * *of_odd;
-            (sine, cosine) = (sine + odd, cosine + even);
-            if even.high.abs() < LAST {
-                break;
-            }
-        }
-        match turns.rem_euclid(4.0) {
-            0.0 => (sine, cosine),
-            1.0 => (cosine, -sine),
-            2.0 => (-sine, -cosine),
-            _ => (-cosine, sine),
-        }
-    }
 }
 
 impl Add for Double {
@@ -171,12 +146,28 @@ impl Number for Double {
         root + (self - root * root) / (root + root)
     }
 
-    fn sine(self) -> Self {
-        self.sine_cosine().0
-    }
-
-    fn cosine(self) -> Self {
-        self.sine_cosine().1
+    /// Sine and cosine by their series, after reduction by quarter turns.
+    fn sine_cosine(self) -> (Self, Self) {
+        let turns = (self.high * FRAC_2_PI).round();
+        let whole = HALF_PI.map(|part| Self::exact(part) * Self::exact(turns));
+        let x = ((self - whole[0]) - whole[1]) - whole[2];
+        let square = -(x * x);
+        let (mut sine, mut cosine) = (x, Self::exact(1.0));
+        let (mut odd, mut even) = (x, Self::exact(1.0));
+        for [of_even, of_odd] in PARTS.iter() {
+            even = even * square * *of_even;
+            odd = odd * square * *of_odd;
+            (sine, cosine) = (sine + odd, cosine + even);
+            if even.high.abs() < LAST {
+                break;
+            }
+        }
+        match turns.rem_euclid(4.0) {
+            0.0 => (sine, cosine),
+            1.0 => (cosine, -sine),
+            2.0 => (-sine, -cosine),
+            _ => (-cosine, sine),
+        }
     }
 }
 
@@ -240,11 +231,11 @@ impl Scalar for Double {
     }
 
     fn sin(self) -> Self {
-        self.sine()
+        self.sine_cosine().0
     }
 
     fn cos(self) -> Self {
-        self.cosine()
+        self.sine_cosine().1
     }
 
     fn powi(self, exponent: i32) -> Self {

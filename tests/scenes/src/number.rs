@@ -14,13 +14,9 @@ pub trait Number:
     #[must_use]
     fn root(self) -> Self;
 
-    /// The sine.
+    /// The sine and the cosine: whoever needs one of them needs the other one, too, for its derivative.
     #[must_use]
-    fn sine(self) -> Self;
-
-    /// The cosine.
-    #[must_use]
-    fn cosine(self) -> Self;
+    fn sine_cosine(self) -> (Self, Self);
 }
 
 /// A number with its derivative.
@@ -128,17 +124,17 @@ impl<T: Number> Number for Dual<T> {
         }
     }
 
-    fn sine(self) -> Self {
-        Self {
-            value: self.value.sine(),
-            slope: self.value.cosine() * self.slope,
-        }
-    }
-
-    fn cosine(self) -> Self {
-        Self {
-            value: self.value.cosine(),
-            slope: -(self.value.sine() * self.slope),
-        }
+    fn sine_cosine(self) -> (Self, Self) {
+        let (sine, cosine) = self.value.sine_cosine();
+        (
+            Self {
+                value: sine,
+                slope: cosine * self.slope,
+            },
+            Self {
+                value: cosine,
+                slope: -(sine * self.slope),
+            },
+        )
     }
 }

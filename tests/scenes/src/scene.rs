@@ -237,7 +237,7 @@ impl Scene {
                 },
             };
             if let Some((angle, length)) = body.rod {
-                let (sine, cosine, length) = (q[angle].sine(), q[angle].cosine(), T::of(length));
+                let ((sine, cosine), length) = (q[angle].sine_cosine(), T::of(length));
                 place.at = [place.at[0] + length * sine, place.at[1] - length * cosine];
                 let speed = length * v[angle];
                 place.rate = [place.rate[0] + speed * cosine, place.rate[1] + speed * sine];
@@ -309,7 +309,7 @@ impl Scene {
         let mut rows = Vec::new();
         for wheel in &self.wheels {
             let [x, y] = places[wheel.body].rate;
-            let (sine, cosine) = (q[wheel.angle].sine(), q[wheel.angle].cosine());
+            let (sine, cosine) = q[wheel.angle].sine_cosine();
             rows.push(cosine * x + sine * y);
             if let Some((roll, radius)) = wheel.rolls {
                 rows.push(sine * x - cosine * y - T::of(radius) * v[roll]);

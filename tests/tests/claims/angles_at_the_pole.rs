@@ -7,7 +7,7 @@ use dsocs_core::{Start, Stepper as _, Tolerance};
 use dsocs_tests::declared;
 use dsocs_tests::text::TaylorFlow;
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 /// The relative error of the conserved momentum, in tolerances, after several passages of some hundred steps:
 /// a step may lose a thousand.

@@ -4,6 +4,7 @@
 use dsocs_core::{Flow, Real, Start, Stepper, System};
 use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};
 use dsocs_tests::check::{Kind, State, compare};
+use dsocs_tests::dop853;
 use dsocs_tests::fit::{local_slopes, slope};
 use dsocs_tests::independent::{self, Declaration, Number, map2};
 use proptest::prelude::*;
@@ -148,30 +149,21 @@ fn acceleration(q: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// The position at [`UNTIL`] by the classical Runge–Kutta method, of fourth order.
-fn runge_kutta(steps: u32) -> [f64; 3] {
-    let h = UNTIL / f64::from(steps);
-    let shifted = |x: [f64; 3], dx: [f64; 3], h: f64| core::array::from_fn(|i| x[i] + h * dx[i]);
-    let (mut q, mut v) = (Q0, V0);
-    for _ in 0..steps {
-        let (q1, v1) = (v, acceleration(q, v));
-        let (q2, v2) = slopes(shifted(q, q1, h / 2.0), shifted(v, v1, h / 2.0));
-        let (q3, v3) = slopes(shifted(q, q2, h / 2.0), shifted(v, v2, h / 2.0));
-        let (q4, v4) = slopes(shifted(q, q3, h), shifted(v, v3, h));
-        q = core::array::from_fn(|i| q[i] + h / 6.0 * (q1[i] + 2.0 * q2[i] + 2.0 * q3[i] + q4[i]));
-        v = core::array::from_fn(|i| v[i] + h / 6.0 * (v1[i] + 2.0 * v2[i] + 2.0 * v3[i] + v4[i]));
-    }
-    q
-}
-
-fn slopes(q: [f64; 3], v: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    (v, acceleration(q, v))
+/// The position at [`UNTIL`] by a Runge–Kutta method.
+fn by_hand(tolerance: f64) -> [f64; 3] {
+    let rate = |_, [a, b, c, u, v, w]: [f64; 6]| {
+        let [x, y, z] = acceleration([a, b, c], [u, v, w]);
+        [u, v, w, x, y, z]
+    };
+    let ([a, b, c], [u, v, w]) = (Q0, V0);
+    let [x, y, z, ..] = dop853::integrate(rate, [a, b, c, u, v, w], UNTIL, tolerance);
+    [x, y, z]
 }
 
 #[test]
 fn three_links_are_of_order_two() {
-    let exact = runge_kutta(20_000);
-    let coarse = runge_kutta(10_000);
+    let exact = by_hand(1e-14);
+    let coarse = by_hand(1e-12);
     let uncertainty = distance(exact, coarse);
     assert!(uncertainty < 1e-10, "{uncertainty:e}");
     let steps = [800_u32, 1600, 3200, 6400, 12_800];

@@ -5,6 +5,7 @@ use dsocs_core::prelude::*;
 use dsocs_core::text::Text;
 use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{System, TaylorFlow};
 
 declared! {
@@ -59,7 +60,7 @@ fn comes_to_rest<S: System<N>, const N: usize>(system: &S, q0: [f64; N], toleran
 #[test]
 fn rest_is_reached_in_some_steps_at_every_tolerance() {
     let mut most = 0;
-    for draw in 0..40 {
+    for draw in 0..short_or_long(10, 40) {
         let mut random = Random::new(9100 + draw);
         let k = random.between(0.5, 5.0);
         let c = random.between(0.3, 3.0);
@@ -138,7 +139,7 @@ fn exact_velocity(at: f64, width: f64, kind: usize) -> f64 {
 
 #[test]
 fn what_waits_at_rest_is_pushed_at_every_tolerance() {
-    for draw in 0..60 {
+    for draw in 0..short_or_long(15, 60) {
         let mut random = Random::new(9300 + draw);
         let at = random.between(0.5, 1.5);
         let width = random.decades(1e-4, 3e-2);

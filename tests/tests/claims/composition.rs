@@ -8,11 +8,12 @@ use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Composition, Kernel, RunError, SetupError, StageFailure, Start, Stepper, Symmetry};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow, read};
 use dsocs_tests::{declared, fit};
 
-use crate::dop853;
 use crate::systems::{maps, mass};
+use dsocs_tests::dop853;
 
 const METHODS: [Composition; 4] = [
     Composition::SINGLE,
@@ -207,16 +208,7 @@ fn with_equal_legs_it_is_the_papers_step() {
 /// varies the energy at the nodes stays within an error of the method's order, without a drift.
 #[test]
 fn what_unequal_legs_keep() {
-    assert_kept(8000);
-}
-
-#[test]
-#[ignore = "long: forty thousand steps"]
-fn what_unequal_legs_keep_in_long_runs() {
-    assert_kept(40_000);
-}
-
-fn assert_kept(steps: u32) {
+    let steps = short_or_long(8000, 40_000);
     let start = ([0.0, 0.0], [1.0, 1.0]);
     let circle = CurvedParticle::default();
     let particle = field();

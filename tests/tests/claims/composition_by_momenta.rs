@@ -8,8 +8,8 @@ use dsocs_tests::declared;
 use dsocs_tests::fit;
 use dsocs_tests::text::{ComposedFlow, Flow, System};
 
-use crate::dop853;
 use crate::systems::mass::DoublePendulumMidpoint;
+use dsocs_tests::dop853;
 
 /// The methods with steps per unit of time for which their errors show the order.
 const METHODS: [(Composition, [u32; 5]); 4] = [

@@ -8,7 +8,7 @@ use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::fit::slope;
 use ode_solvers::{Rk4, SVector};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 const Q0: [f64; 2] = [0.5, 0.0];
 const V0: [f64; 2] = [0.0, 0.5];

@@ -3,10 +3,11 @@
 
 use core::fmt::Debug;
 
+use dsocs_tests::short_or_long;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseResult, TestRunner};
 
-/// Runs a property on `cases` draws.
+/// Runs a property on `cases` draws in the long form of the tests, and on a quarter of them in the short one.
 pub fn test<T: Debug + 'static>(
     cases: u32,
     seed: u64,
@@ -14,7 +15,7 @@ pub fn test<T: Debug + 'static>(
     test: &dyn Fn(T) -> TestCaseResult,
 ) {
     let config = Config {
-        cases,
+        cases: short_or_long(cases.div_ceil(4), cases),
         failure_persistence: None,
         rng_seed: RngSeed::Fixed(seed),
         ..Config::default()

@@ -8,7 +8,7 @@ use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 const STEPS: [f64; 5] = [0.04, 0.02, 0.01, 0.005, 0.0025];
 

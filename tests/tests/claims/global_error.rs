@@ -7,6 +7,7 @@ use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 use dsocs_tests::closed_form;
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
+use dsocs_tests::short_or_long;
 
 /// Errors of the coordinates that are rounding, of the runs or of the reference.
 type Rounding = [f64; 2];
@@ -138,17 +139,8 @@ fn of_the_particle_over_the_papers_time() {
 
 #[test]
 fn of_the_pendulum_over_the_papers_time() {
-    of_the_pendulum(2);
-}
-
-#[test]
-#[ignore = "long: the smallest steps too"]
-fn of_the_pendulum_in_long_runs() {
-    of_the_pendulum(3);
-}
-
-/// With so many of the sizes of steps.
-fn of_the_pendulum(sizes: usize) {
+    // the smallest steps take long
+    let sizes = short_or_long(2, 3);
     let table = Table::read("pendulum_continuous_every1.csv");
     let truth = &table.pairs(["theta", "psi"])[1..];
     let rounding = [2e-12, 5e-10];

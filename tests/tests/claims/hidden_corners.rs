@@ -7,8 +7,8 @@ use dsocs_core::{AnyComposedFlow, Composition, Flow, Run, Start, Stepper, Tolera
 use dsocs_tests::text::TaylorFlow;
 use proptest::prelude::*;
 
-use super::dop853::integrate_from;
 use super::draws;
+use dsocs_tests::dop853::integrate_from;
 
 /// A motion with corners where an angle `w = a x + b` is a multiple of a period, or the middle between two.
 struct Corners {

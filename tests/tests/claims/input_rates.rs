@@ -6,7 +6,7 @@ use dsocs_core::{Composition, DerivativeError, Ensemble, InputError, Path, Sampl
 use dsocs_tests::declared;
 use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 /// A load on a cable from a cart; the cable's length is a number.
 #[dsocs {

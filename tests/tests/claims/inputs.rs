@@ -8,7 +8,7 @@ use dsocs_tests::fit::slope;
 use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 declared! {
     /// An oscillator with a cubic friction, pushed.

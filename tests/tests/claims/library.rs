@@ -11,7 +11,7 @@ use dsocs_tests::declared;
 use dsocs_tests::fit::{local_slopes, slope};
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 /// The end of a motion by a published Runge–Kutta method of order 8.
 fn reference_end(equations: impl Fn([f64; 4]) -> [f64; 4], q: [f64; 2], v: [f64; 2], until: f64) -> [f64; 4] {

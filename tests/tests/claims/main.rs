@@ -15,7 +15,6 @@ mod contacts;
 mod control_law;
 mod derivatives;
 mod discrete;
-mod dop853;
 mod draws;
 mod driven_library;
 mod energy;

@@ -7,8 +7,8 @@ use dsocs_core::{Start, Stepper, Tolerance};
 use dsocs_tests::text::TaylorFlow;
 use proptest::prelude::*;
 
-use super::dop853::integrate_from;
 use super::draws;
+use dsocs_tests::dop853::integrate_from;
 
 /// A function as text of a declaration, and its value.
 type Shape = (&'static str, fn(f64) -> f64);

@@ -10,7 +10,7 @@ use dsocs_core::{
     AnyFlow, AnyStart, Flow, OwnedNode, Run, SetupError, Start, Stepper, TaylorFlow, Tolerance, dsocs,
 };
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 pub(crate) type Vector = [f64; 3];
 pub(crate) type Matrix = [Vector; 3];

@@ -10,9 +10,9 @@ use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Tolerance};
 use proptest::prelude::*;
 
-use crate::dop853;
 use crate::draws;
 use crate::rotations::{Matrix, Vector, cross, matrix, plus, product, rate, times, transposed, unit};
+use dsocs_tests::dop853;
 
 /// A body.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@ use dsocs_tests::declared;
 use dsocs_tests::scenes::compare::{Comparison, compare};
 use dsocs_tests::scenes::random::{Case, Random, linkage, robot, train, tree};
 use dsocs_tests::scenes::scene::{Law, Map, Scene, Spring};
+use dsocs_tests::short_or_long;
 use dsocs_tests::text;
 
 /// The number of steps of each scene.
@@ -261,9 +262,6 @@ impl Train {
 /// A generator of scenes.
 type Draw = fn(&mut Random) -> Option<Case>;
 
-/// The number of scenes of each kind in the long test.
-const MANY: u64 = 60;
-
 /// At most one scene in this number may be refused for two roots of a Lyapunov constraint, which nothing
 /// distinguishes where they meet.
 const AMBIGUOUS: u64 = 4;
@@ -273,8 +271,9 @@ fn angles(scene: &Scene, random: &mut Random) -> Option<Case> {
     Case::new(scene, None, random)
 }
 
-/// Draws scenes of one kind and compares a declaration with the reference in each.
-fn all<S: System<N>, const N: usize>(name: &str, count: u64, draw: Draw, declared: fn(&Scene) -> S) {
+/// Draws scenes of one kind, `few` of them or 60, and compares a declaration with the reference in each.
+fn all<S: System<N>, const N: usize>(name: &str, few: u64, draw: Draw, declared: fn(&Scene) -> S) {
+    let count = short_or_long(few, 60);
     let mut defects = Vec::new();
     let mut worst = Comparison::default();
     let (mut held, mut ambiguous) = (0, 0);
@@ -310,7 +309,7 @@ fn hanging(random: &mut Random) -> Option<Case> {
 
 #[test]
 fn trees() {
-    all("tree", 8, hanging, Tree::new);
+    all("tree", 3, hanging, Tree::new);
 }
 
 /// A tree of three with a motor between the first two angles.
@@ -321,7 +320,7 @@ fn moved(lyapunov: bool, random: &mut Random) -> Option<Case> {
 
 #[test]
 fn servos() {
-    all("servo", 6, |random| moved(false, random), Servo::new);
+    all("servo", 3, |random| moved(false, random), Servo::new);
 }
 
 /// Two angles are tied, and one arm is hundreds of times as heavy as the other: the small second difference
@@ -388,7 +387,7 @@ fn a_spring_without_stiffness() {
 
 #[test]
 fn linkages() {
-    all("linkage", 6, linked, Linkage::new);
+    all("linkage", 3, linked, Linkage::new);
 }
 
 /// A linkage.
@@ -404,35 +403,5 @@ fn rolling(random: &mut Random) -> Option<Case> {
 
 #[test]
 fn trains() {
-    all("train", 6, rolling, Train::new);
-}
-
-#[test]
-#[ignore = "long: 60 trees in some minutes"]
-fn many_trees() {
-    all("tree", MANY, hanging, Tree::new);
-}
-
-#[test]
-#[ignore = "long: 60 servos in some minutes"]
-fn many_servos() {
-    all("servo", MANY, |random| moved(false, random), Servo::new);
-}
-
-#[test]
-#[ignore = "long: 60 brakes in some minutes"]
-fn many_brakes() {
-    all("brake", MANY, |random| moved(true, random), Brake::new);
-}
-
-#[test]
-#[ignore = "long: 60 linkages in some minutes"]
-fn many_linkages() {
-    all("linkage", MANY, linked, Linkage::new);
-}
-
-#[test]
-#[ignore = "long: 60 trains in some minutes"]
-fn many_trains() {
-    all("train", MANY, rolling, Train::new);
+    all("train", 2, rolling, Train::new);
 }

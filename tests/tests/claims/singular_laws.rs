@@ -7,6 +7,7 @@ use dsocs_core::prelude::{Ensemble, RunError, Start, Stepper, Tolerance, dsocs};
 use dsocs_core::{NearlySingular, SeriesFailure, StepFailure};
 use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{Flow, TaylorFlow};
 
 /// A pole on a cart whose motor enforces the decrease of a function, under a law that becomes singular.
@@ -256,22 +257,18 @@ fn count_runs(laws: u64) -> Counts {
 
 #[test]
 fn random_laws_are_not_passed_in_silence_where_they_are_singular_nor_refused_where_they_are_not() {
-    let counts = count_runs(200);
+    let laws = short_or_long(100, 5000);
+    let counts = count_runs(u64::from(laws));
     println!("{counts:?}");
-    assert_eq!(counts.silent, 0, "{counts:?}");
-    assert!(counts.ended > 50 && counts.regular > 500, "{counts:?}");
+    // a motion whose determinant and right-hand side vanish together may pass where only the discrete determinant, which differs by order h,
+    // could show it: this happens for one law in some hundreds
+    assert!(counts.silent <= laws / 500, "{counts:?}");
+    assert!(
+        counts.ended > laws / 4 && counts.regular > 5 * laws / 2,
+        "{counts:?}"
+    );
     // smooth passages, where the quotient has a limit
     assert!(counts.warned < counts.ended / 10, "{counts:?}");
-}
-
-/// A motion whose determinant and right-hand side vanish together may pass where only the discrete
-/// determinant, which differs by order h, could show it. This happens for one law in some hundreds.
-#[test]
-#[ignore = "long: 5000 laws in a minute"]
-fn many_random_laws() {
-    let counts = count_runs(5000);
-    println!("{counts:?}");
-    assert!(counts.silent <= 10, "{counts:?}");
 }
 
 /// The time at which a Taylor flow has ended.
@@ -330,20 +327,17 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
 
 #[test]
 fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
-    let counts = counted_by_series(200, &[1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12]);
+    let (laws, tolerances) = short_or_long(
+        (100, &[1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12][..]),
+        (5000, &[1e-3, 1e-4, 1e-6, 1e-9]),
+    );
+    let counts = counted_by_series(u64::from(laws), tolerances);
     println!("{counts:?}");
     let [ended, passed, regular] = counts;
-    assert_eq!(passed, 0, "{counts:?}");
-    assert!(ended > 70 && regular > 700, "{counts:?}");
-}
-
-/// A motion whose determinant and right-hand side vanish together may pass.
-#[test]
-#[ignore = "long: 5000 laws in a minute"]
-fn many_random_laws_by_series() {
-    let counts = counted_by_series(5000, &[1e-3, 1e-4, 1e-6, 1e-9]);
-    println!("{counts:?}");
-    assert!(counts[1] <= 8, "{counts:?}");
+    // a motion whose determinant and right-hand side vanish together may pass
+    assert!(passed <= laws / 600, "{counts:?}");
+    let runs = laws * u32::try_from(tolerances.len()).unwrap();
+    assert!(ended > runs / 20 && regular > runs / 2, "{counts:?}");
 }
 
 declared! {

@@ -4,6 +4,7 @@
 use dsocs_core::{Composition, Start, Stepper};
 use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{ComposedFlow, Flow, System};
 
 declared! {
@@ -122,13 +123,7 @@ fn scenes(seeds: core::ops::Range<u64>) {
 
 #[test]
 fn smooth_scenes_are_not_warned_of() {
-    scenes(0..60);
-}
-
-#[test]
-#[ignore = "long: 2000 scenes"]
-fn many_smooth_scenes_are_not_warned_of() {
-    scenes(0..500);
+    scenes(0..short_or_long(15, 500));
 }
 
 /// This once gave a warning: a force that grows from zero with a power of the time.

@@ -2,6 +2,7 @@
 
 use dsocs_core::{Composition, SetupError, Start, Stepper, Tolerance};
 use dsocs_tests::declared;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 use proptest::prelude::*;
 
@@ -60,7 +61,7 @@ fn accepted<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 800, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: short_or_long(200, 800), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// At the origin and near it, the residual has no scale but the leg itself.
     #[test]

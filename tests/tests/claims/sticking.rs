@@ -6,6 +6,7 @@
 use dsocs_core::{AnyPath, Ensemble, Inputs, Start, Stepper, Stop, dsocs};
 use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{Flow, System, read};
 use proptest::prelude::*;
 
@@ -400,7 +401,7 @@ fn end<S: System<N>, const N: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20))]
+    #![proptest_config(ProptestConfig::with_cases(short_or_long(5, 20)))]
 
     #[test]
     fn blocks_in_a_row_move_as_moreau_says(
@@ -671,7 +672,7 @@ declared! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(short_or_long(6, 24)))]
 
     #[test]
     fn friction_gives_no_energy(

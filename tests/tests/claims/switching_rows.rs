@@ -5,6 +5,7 @@
 
 use dsocs_core::{AnyPath, DerivativeError, Ensemble, Real, Start, Stepper, Stop, Tolerance, dsocs};
 use dsocs_tests::declared;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{Flow, System, TaylorFlow, read};
 use proptest::prelude::*;
 
@@ -139,7 +140,7 @@ fn a_step_across_a_jump_is_solved_or_told() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(short_or_long(16, 64)))]
 
     #[test]
     fn whatever_the_numbers_are(

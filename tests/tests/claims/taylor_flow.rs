@@ -11,9 +11,10 @@ use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain2
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
 use dsocs_tests::fit;
+use dsocs_tests::short_or_long;
 
-use crate::dop853;
 use crate::systems::{builtin, constrained, maps, mass, opaque};
+use dsocs_tests::dop853;
 
 #[test]
 fn the_pendulum_meets_the_reference_over_its_whole_time() {
@@ -444,14 +445,8 @@ struct Thrown {
 /// Holonomic and nonholonomic constraints hold at every node to rounding, at any tolerance and however long the motion is.
 #[test]
 fn constraints_do_not_drift() {
-    on_the_sphere(1000.0);
+    on_the_sphere(short_or_long(1000.0, 10_000.0));
     on_a_grid();
-}
-
-#[test]
-#[ignore = "long: ten thousand turns"]
-fn constraints_do_not_drift_in_long_runs() {
-    on_the_sphere(10_000.0);
 }
 
 /// Checks that a motion stays on the sphere for this number of turns.

@@ -9,7 +9,7 @@ use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 /// The end of the clothoid's arc of length 10 with the curvature 0.2 at its beginning, from the literature's integrals.
 const END: [f64; 2] = [1.824_124_444_282_838_6, 1.799_225_670_358_786_1];

@@ -17,7 +17,7 @@ use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::systems;
 use dsocs_tests::fit::slope;
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 /// Errors below this are left out of a fit: rounding may be a part of them.
 const PLATEAU: f64 = 1e-11;

@@ -8,7 +8,7 @@ use dsocs_core::{
 use dsocs_systems::{FrictionPendulum, InertiaWheelPendulum, StalledPendulum};
 
 use super::{continuous, discrete, distance, is_second};
-use crate::dop853;
+use dsocs_tests::dop853;
 
 const START: Start<2> = Start::second_order([0.5, 0.0], [0.0, 0.5]);
 

@@ -6,7 +6,7 @@ use dsocs_core::{Event, Events, Flow, Occurrence, Start, Stepper, on_event};
 use dsocs_systems::Kapitza;
 
 use super::{continuous, discrete, is_second};
-use crate::dop853;
+use dsocs_tests::dop853;
 
 #[test]
 fn it_obeys_its_equation_of_motion() {

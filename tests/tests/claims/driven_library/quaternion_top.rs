@@ -5,7 +5,7 @@ use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::QuaternionTop;
 
 use super::{continuous, discrete, distance, is_second};
-use crate::dop853;
+use dsocs_tests::dop853;
 
 #[test]
 fn it_precesses_steadily_at_the_known_rate() {

@@ -11,6 +11,7 @@ use dsocs_core::{AnyPath, Composition, Ensemble, Inputs, Start, Stepper, Stop, T
 use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::short_or_long;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow, read};
 use reference::{Kind, Motion, Reference, Scene};
 
@@ -435,13 +436,9 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
 
 #[test]
 fn stops_and_releases_on_moving_surfaces_cost_no_order() {
-    scenes(4, 0.02, 1.2, 1);
-}
-
-#[test]
-#[ignore = "long: 200 scenes, more than an hour"]
-fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
-    scenes(200, 0.02, 1.37, 10);
+    // the long form takes more than an hour
+    let (count, ratio, places) = short_or_long((2, 1.2, 1), (200, 1.37, 10));
+    scenes(count, 0.02, ratio, places);
 }
 
 /// The largest errors of a Taylor flow against the reference, on a grid of 301 nodes.
@@ -463,8 +460,9 @@ fn taylor_errors<S: System<N>, const N: usize>(scene: &RandomScene<S, N>, tolera
     errors
 }
 
-/// [`taylor_errors`] for many scenes.
-fn assert_taylor_errors(count: usize) {
+#[test]
+fn a_taylor_flow_goes_on_through_stops_and_releases() {
+    let count = short_or_long(16, 1000);
     let mut random = Random::new(281);
     let (mut done, mut events, mut worst) = (0, [0; 3], [[0.0_f64; 2]; 2]);
     while done < count {
@@ -497,17 +495,6 @@ fn assert_taylor_errors(count: usize) {
     assert!(worst[0].iter().all(|error| *error < 1e-4), "{worst:?}");
     assert!(worst[1].iter().all(|error| *error < 1e-8), "{worst:?}");
     assert!(events.iter().sum::<usize>() > count / 4, "{events:?}");
-}
-
-#[test]
-fn a_taylor_flow_goes_on_through_stops_and_releases() {
-    assert_taylor_errors(16);
-}
-
-#[test]
-#[ignore = "long: 1000 draws"]
-fn a_taylor_flow_goes_on_through_stops_and_releases_in_1000_draws() {
-    assert_taylor_errors(1000);
 }
 
 /// A release where the friction falls steeply with the velocity, and stops where one contact releases
@@ -583,7 +570,7 @@ fn joints_of_arms_and_compositions_keep_the_order() {
 fn held_inputs_on_moving_surfaces_keep_the_order() {
     let mut random = Random::new(5);
     let (mut done, mut drawn) = (0, 0);
-    while done < 2 {
+    while done < short_or_long(1, 8) {
         drawn += 1;
         let held: [f64; 5] = numbers(&mut random, -2.5, 2.5);
         let Some(scene) = stacks(&mut random, 1 + drawn % 4, &held) else {
@@ -616,7 +603,7 @@ fn held_inputs_on_moving_surfaces_keep_the_order() {
 fn lanes_on_moving_surfaces_are_flows() {
     let mut random = Random::new(9);
     let mut done = 0;
-    while done < 2 {
+    while done < short_or_long(1, 8) {
         let Some(scene) = stacks(&mut random, 3, &[0.0]) else {
             continue;
         };

@@ -8,7 +8,7 @@ use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
-use crate::dop853;
+use dsocs_tests::dop853;
 
 mod runs;
 

@@ -15,7 +15,7 @@ use super::{
     BEAD, Driven, DrivenMidpoint, ON_THE_WIRE, SLALOM, Steered, along_the_wire, assert_position, discrete,
     distance,
 };
-use crate::dop853;
+use dsocs_tests::dop853;
 
 #[test]
 fn a_start_moves_with_what_it_is_bound_to() {
