@@ -4,6 +4,7 @@
 //! can be computed. The early factors of a sum or product are gathered into a partial result of its own, so
 //! that later stages have as little to do as possible. The caller defines the stages; see [`stages`].
 
+pub(crate) mod cells;
 pub(crate) mod schedule;
 pub(crate) mod stages;
 
@@ -103,6 +104,9 @@ pub(crate) struct Program<'g> {
     running_parts: Shared,
     /// The shared partial sums that have been lowered.
     running_values: HashMap<usize, Value>,
+    /// For every operation its cell, if the program is so long that similar operations become loops; see
+    /// [`cells`].
+    cells: Vec<cells::Cell>,
 }
 
 impl<'g> Program<'g> {
@@ -128,6 +132,7 @@ impl<'g> Program<'g> {
             running: HashMap::default(),
             running_parts: Shared::default(),
             running_values: HashMap::default(),
+            cells: Vec::new(),
         }
     }
 

@@ -35,6 +35,7 @@ pub(crate) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Ve
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values = lower(&mut program, nodes);
+    program.look_for_cells();
     (program, values)
 }
 
@@ -74,10 +75,11 @@ impl<'g> Energy<'g> {
         let (program, value) = single(graph, &[energy]);
         let (fixed, nothing) = (program.fixed(), BTreeSet::new());
         let constants = program.frontier(&value, |value| fixed[value.index()], &nothing);
+        let constants = program.in_order(constants);
         Self {
             program,
             value,
-            constants: constants.into_iter().collect(),
+            constants,
         }
     }
 }
@@ -106,6 +108,7 @@ impl<'g> Stages<'g> {
         program.plan(&all.map(Vec::as_slice).concat());
         let [rows, scales, jacobian, second_difference, point, force, forms] =
             all.map(|nodes| lower(&mut program, nodes));
+        program.look_for_cells();
 
         let iterated = [
             rows.clone(),
@@ -119,7 +122,7 @@ impl<'g> Stages<'g> {
             .frontier(&iterated, |value| program.stage(value) <= STEP, &nothing)
             .into_iter()
             .partition(|&value| program.stage(value) == STEP);
-        let once: Vec<Value> = known.iter().copied().collect();
+        let once = program.in_order(known.iter().copied());
         constants.extend(program.frontier(&once, |value| program.stage(value) == RUN, &nothing));
         // other values of the node are computed when it is reported, from the leg
         constants.extend(program.frontier(
@@ -127,6 +130,7 @@ impl<'g> Stages<'g> {
             |value| program.stage(value) == RUN,
             &known,
         ));
+        let constants = program.in_order(constants);
         Self {
             program,
             rows,
@@ -138,7 +142,7 @@ impl<'g> Stages<'g> {
             force,
             forms,
             meanings: unknowns.meanings.clone(),
-            constants: constants.into_iter().collect(),
+            constants,
             known: once,
             energy,
         }

@@ -10,9 +10,9 @@ use std::rc::Rc;
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
+use crate::check::order::{self, Compared};
 use crate::check::reasons::dependence::NearlyDependentConstraint;
 use crate::check::reasons::large_numbers::RoundingOfLargeNumbers;
-use crate::check::order::{self, Compared};
 use crate::check::{Expected, Settings, excuse, larger};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use motions::{DoubtfulSteps, MotionLegs, SecondNode, State, less};

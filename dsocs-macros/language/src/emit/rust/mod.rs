@@ -4,6 +4,7 @@ mod compiled;
 pub(crate) mod functions;
 pub(crate) mod jets;
 pub(crate) mod kernel;
+mod loops;
 mod phase_slopes;
 mod place;
 mod source;

@@ -64,6 +64,11 @@ impl Place {
         }
     }
 
+    /// The array and the index, if the place is an element.
+    pub(super) fn argument(&self) -> Option<(&TokenStream, usize)> {
+        self.element.map(|(element, _)| (&self.array, element))
+    }
+
     /// The expression that reads it.
     pub(crate) fn read(&self) -> TokenStream {
         let array = &self.array;

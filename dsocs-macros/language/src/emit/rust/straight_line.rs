@@ -6,11 +6,15 @@ use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 
 use super::functions;
+use super::loops::Loops;
 use super::place::{Place, number};
 use crate::graph::{Comparison, Graph, Leaf, Param};
 use crate::hash::HashMap;
 use crate::program::schedule::{Product, Schedule};
 use crate::program::{Given, Op, Program, Value};
+
+/// The most operations of a method that is written without loops, even if the program has cells.
+const FEWEST_WITH_CELLS: usize = 200;
 
 /// The most `let`s in one block. Every `let` opens a scope inside the one before it, and some thousands of
 /// nested scopes overflow the compiler's stack when it writes debug information. Longer code is split into
@@ -55,6 +59,17 @@ impl Program<'_> {
             },
             _ => None,
         };
+        if self.has_cells() && schedule.values.len() > FEWEST_WITH_CELLS {
+            let places = schedule
+                .values
+                .iter()
+                .filter_map(|&value| Some((value, place(value)?)));
+            let kind = |value: Value| self.cell(value).kind;
+            let loops = Loops::new(self, &schedule, (prefix, &names), places.collect(), &kind);
+            return loops.code(outputs, &|value, operand| {
+                self.operation(value, &schedule, operand)
+            });
+        }
         let statement = |value: Value| {
             let name = &names[&value];
             let right = self.operation(value, &schedule, &operand);
