@@ -85,11 +85,11 @@ pub(crate) fn check(
     (t, q0, v0): (f64, &[f64], &[f64]),
     a: &[f64],
 ) -> Result<(), SetupError> {
+    underflow::check(declaration, (t, q0, v0), None)?;
     let guess = Vector::resized(a, declaration.shape().motion);
     let Some(here) = updated(declaration, (t, q0, v0), &guess) else {
         return Ok(());
     };
-    underflow::check_at(declaration, (t, q0, v0), &here.motion, None)?;
     let is_other = |roundings: [f64; 3]| {
         let moved = |x: f64, i: usize| x * (1.0 + roundings[i % 3] * f64::EPSILON);
         let [q, v] = [q0, v0].map(|x| Vector::from_fn(x.len(), |i| moved(x[i], i)));

@@ -28,25 +28,13 @@ pub(crate) fn check(
     let Ok((a, multipliers)) = acceleration(declaration, (t, q, v), None) else {
         return Ok(());
     };
-    let motion: Vector = a.iter().chain(&multipliers).copied().collect();
-    check_at(declaration, (t, q, v), &motion, h)
-}
-
-/// [`check`] with known accelerations, followed by the multipliers.
-pub(super) fn check_at(
-    declaration: &Declaration<'_>,
-    (t, q, v): (f64, &[f64], &[f64]),
-    motion: &[f64],
-    h: Option<f64>,
-) -> Result<(), SetupError> {
-    let (a, multipliers) = motion.split_at(q.len().min(motion.len()));
-    let point = AnyPoint { t, q, v, a };
-    let size = motion.len();
+    let point = AnyPoint { t, q, v, a: &a };
+    let size = a.len() + multipliers.len();
     let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
-    declaration.linearize_continuous(point, multipliers, &mut rows, jacobian.entries_mut());
+    declaration.linearize_continuous(point, &multipliers, &mut rows, jacobian.entries_mut());
     let part = h.map_or(1.0, |h| h.abs().min(1.0));
     // a row that vanishes at the start will not vanish later
-    let lost = continuous_underflow(declaration, point, multipliers)
+    let lost = continuous_underflow(declaration, point, &multipliers)
         .into_iter()
         .map(|lost| lost.max(QUANTUM) / part)
         .collect::<Vec<_>>();
