@@ -23,9 +23,10 @@ const UNHELD: &str = "No values between the two sides are found that hold it the
 const UNSEEN: &str = "It may be a quotient by a norm that vanishes there, as that of friction along `slip / slip.norm()`, which has no value where the slip ends, \
     or a function of your own. Let the run end before; or replace it by a smooth one, such as `slip / (slip.norm_squared() + 1e-6).sqrt()`";
 
-/// Advice if a body at rest is driven away from rest on both sides.
+/// Advice if a body at rest may go on in more than one way.
 pub(crate) const FORKS: &str = "say which: begin with a velocity, however small, to the side that is meant (`--v0`, or a run from here), or with a force that is \
-    larger than the jump; and if it is to be friction, give it the sign that is against the velocity";
+    larger than the jump, or hold it by a constraint; if it is to be friction, give it the sign that is against the velocity; and if it raises its own normal \
+    force, as in a rod that jams, bodies that are not rigid say which";
 
 /// Reasons for the failure of a run by Taylor series.
 #[derive(Clone, PartialEq, Error)]
@@ -97,9 +98,10 @@ pub enum SeriesFailure {
         /// Whether the declaration itself has piecewise functions; if not, one of your own jumps.
         is_declared: bool,
     },
-    /// A body at rest is driven to either side by a force that jumps with the velocity, such as one along the
-    /// velocity. Three motions are possible, and one of them stays at rest.
-    #[error("what is at rest may go either way, or stay")]
+    /// A body at rest may go on in more than one way, where a force jumps with the velocity: it may leave to
+    /// either side, as by a force along the velocity, or leave and stay, as with friction that raises its own
+    /// normal force.
+    #[error("what is at rest may leave in more than one way, or stay")]
     Forks,
     /// The velocity, or the position, would have to jump: the state before a switch, or before a time at
     /// which steps end, is not a state of the system beyond it.
@@ -274,8 +276,8 @@ impl fmt::Display for SeriesError {
             }
             (SeriesFailure::Forks, _) => write!(
                 f,
-                "the motion is not unique beyond t = {t}, ({}) = {q:?}, with the velocity {v:?}: what is at rest may go either way, or stay, since a force \
-                 jumps with the velocity and leads away from rest on both of its sides; {FORKS}",
+                "the motion is not unique beyond t = {t}, ({}) = {q:?}, with the velocity {v:?}: what is at rest may leave in more than one way, or \
+                 stay, since a force jumps with the velocity, and more than one of its values there continues the motion; {FORKS}",
                 coordinates.join(", ")
             ),
             (SeriesFailure::Jumps { switch, by }, _) => {

@@ -188,11 +188,11 @@ impl<'s> Discrete<'s> {
             return Err(self.forked());
         }
         if is_near {
-            if let Some(report) = self.solve_sided(None, false) {
-                return report;
-            }
             if self.forks() {
                 return Err(self.forked());
+            }
+            if let Some(report) = self.solve_sided(None, false) {
+                return report;
             }
         }
         if let Some(before) = self.before.take() {
@@ -368,9 +368,9 @@ impl<'s> Discrete<'s> {
         self.next_step().error(&failing, cause)
     }
 
-    /// The error of a step from rest that a force leaves on both sides.
+    /// The error of a step whose motion may go on in more than one way.
     #[cold]
-    fn forked(&self) -> StepError {
+    pub(super) fn forked(&self) -> StepError {
         let step = self.next_step();
         let z = step.unknown(
             &Vector::zero(self.shape().increments),

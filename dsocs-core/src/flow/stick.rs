@@ -31,7 +31,7 @@ pub(super) struct Contacts {
     earlier: Vec<Piece>,
     /// The number of the last step on whose first leg the arguments were evaluated.
     seen: u64,
-    /// Whether the start is at rest and a force drives it away on both sides.
+    /// Whether the motion from the start is not unique.
     forks: bool,
 }
 
@@ -241,27 +241,48 @@ impl Discrete<'_> {
         })
     }
 
-    /// Whether the next step is the first, and a body at rest at the start is driven away from rest on both
-    /// sides.
+    /// Whether the next step is the first, and the motion from the start is not unique.
     pub(super) fn begins_at_fork(&self) -> bool {
         let forks = self.contacts.as_ref().is_some_and(|contacts| contacts.forks);
         forks && self.run_state.index() == self.first_step()
     }
 
-    /// Whether a body at rest where the next step begins is driven away from rest on both sides: the motion
-    /// is not unique.
+    /// Whether the motion is not unique where the next step begins, at rest.
     #[cold]
     pub(super) fn forks(&self) -> bool {
-        let (leg, h) = (self.next_leg(), self.run_state.h);
-        let zero = self.resting();
-        let v = Vector::of(leg.d).map(|d| d / h);
+        let v = self.next_leg().d.iter().map(|d| d / self.run_state.h);
+        self.forks_with(&v.collect::<Vec<_>>(), &self.resting())
+    }
+
+    /// Whether the motion is not unique with a velocity at the middle node of the next step, at which some
+    /// arguments are zero.
+    fn forks_with(&self, v: &[f64], zero: &[bool]) -> bool {
+        let h = self.run_state.h;
         h > 0.0
             && zero.contains(&true)
-            && AtPoint::new(self.declaration(), (self.run_state.time(), leg.q, &v)).forks(
-                &zero,
+            && AtPoint::new(self.declaration(), (self.run_state.time(), self.next_leg().q, v)).forks(
+                zero,
                 self.shape().multipliers(),
                 h,
             )
+    }
+
+    /// Whether an argument that changes its sign in the next step, from the leg before to that of the second
+    /// difference `e`, could go on in another way where it is zero.
+    fn passes_fork(&self, contacts: &Contacts, solution: &Solution) -> bool {
+        let (leg, h, t) = (self.next_leg(), self.run_state.h, self.run_state.time());
+        let (first, declaration) = (AnyLeg { t, ..leg }, self.declaration());
+        let next = self.contact(declaration, contacts).next(&solution.e);
+        let [before, after] = [first, next.any()].map(|leg| sticking::in_the_middle(&declaration, h, leg));
+        (0..before.len()).any(|g| {
+            let [from, to] = [contacts.pieces[g], solution.pieces[g]];
+            from.side() * to.side() < 0.0 && {
+                let part = before[g] / (before[g] - after[g]);
+                let v = leg.d.iter().zip(&solution.e).map(|(d, e)| (d + part * e) / h);
+                let zero: Vec<bool> = (0..before.len()).map(|k| k == g).collect();
+                self.forks_with(&v.collect::<Vec<_>>(), &zero)
+            }
+        })
     }
 
     /// Whether an argument rests on the last leg.
@@ -349,6 +370,9 @@ impl Discrete<'_> {
                 !solution.rests() && contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
             // a row at a node has its root at the jump itself
             let is_root = is_declared || self.shape().kinematic == 0;
+            if self.passes_fork(contacts, &solution) {
+                return Some(Err(self.forked()));
+            }
             if contact.only_crosses(&solution) && !(none && is_root) {
                 return None;
             }

@@ -27,16 +27,16 @@ const LAST: f64 = 1e-9;
 const DEPENDENT: f64 = 1e-9;
 
 /// A change of velocity below this part of its terms is rounding.
-const FAINT: f64 = 1e-9;
+pub(super) const FAINT: f64 = 1e-9;
 
 /// A point at which arguments may be zero.
 pub(crate) struct AtPoint<'a> {
     declaration: Declaration<'a>,
     t: f64,
-    q: &'a [f64],
+    pub(super) q: &'a [f64],
     v: &'a [f64],
     /// The arguments, with their rates at zero acceleration.
-    drift: Vec<Tangent>,
+    pub(super) drift: Vec<Tangent>,
     /// Their derivatives by the components of the velocity.
     slopes: Vec<Vec<Tangent>>,
 }
@@ -90,7 +90,7 @@ impl<'a> AtPoint<'a> {
     }
 
     /// The derivative of an argument by a component of the velocity.
-    fn slope(&self, g: usize, j: usize) -> f64 {
+    pub(super) fn slope(&self, g: usize, j: usize) -> f64 {
         self.slopes
             .get(j)
             .and_then(|column| column.get(g))
@@ -110,7 +110,7 @@ impl<'a> AtPoint<'a> {
     }
 
     /// Rows and arguments; for arguments that are zero, their rates.
-    fn linearize(&self, x: &[f64], sides: &[f64], zero: &[bool]) -> Linear {
+    pub(super) fn linearize(&self, x: &[f64], sides: &[f64], zero: &[bool]) -> Linear {
         let n = self.q.len();
         let (time, q, v) = (
             Tangent::splat(self.t),
@@ -155,9 +155,14 @@ impl<'a> AtPoint<'a> {
     /// so this tells whether both rest.
     pub(crate) fn fastest(&self, a: &[f64], multipliers: usize) -> Vec<f64> {
         let sides = self.drift.len();
-        let mut x = a.to_vec();
-        x.resize(a.len() + multipliers, 0.0);
-        let at = self.linearize(&x, &vec![0.0; sides], &vec![true; sides]);
+        let (none, all) = (vec![0.0; sides], vec![true; sides]);
+        // a friction may be proportional to a constraint force
+        let x = self.unknowns(&none, &all, multipliers).unwrap_or_else(|| {
+            let mut x = a.to_vec();
+            x.resize(a.len() + multipliers, 0.0);
+            x
+        });
+        let at = self.linearize(&x, &none, &all);
         let by_sides =
             sides::inverse(at.by_unknowns).map(|inverse| at.slopes.times(&inverse.times(&at.by_sides)));
         let reach = |g: usize| {
@@ -170,52 +175,28 @@ impl<'a> AtPoint<'a> {
             .collect()
     }
 
-    /// Whether a side of a zero argument drives it away from zero at either of its bounds, for any values of
-    /// the others. Then the motion may go to either side, or stay at rest, as with a force along the
-    /// velocity. Forward in time, and judged by the change within `time`, so that rounding of the velocity is
-    /// not taken for a force.
-    #[cold]
-    pub(crate) fn forks(&self, zero: &[bool], multipliers: usize, time: f64) -> bool {
-        let n = self.q.len();
-        let sides: Vec<f64> = zero
-            .iter()
-            .zip(&self.drift)
-            .map(|(zero, argument)| {
-                if *zero {
-                    0.0
-                } else {
-                    Piece::of(argument.value()).side()
-                }
-            })
-            .collect();
-        let mut x = vec![0.0; n + multipliers];
-        for last in [false, true] {
-            let at = self.linearize(&x, &sides, zero);
-            let Some(inverse) = sides::inverse(at.by_unknowns) else {
-                return false;
-            };
+    /// The accelerations and multipliers for given sides.
+    pub(super) fn unknowns(&self, sides: &[f64], zero: &[bool], multipliers: usize) -> Option<Vec<f64>> {
+        let mut x = vec![0.0; self.q.len() + multipliers];
+        for _ in 0..MAX_ITERATIONS {
+            let at = self.linearize(&x, sides, zero);
+            let terms = at.terms(&x);
+            let inverse = sides::inverse(at.by_unknowns)?;
             let newton = inverse.times_vector(&at.rows);
-            if !last {
-                for (x, newton) in x.iter_mut().zip(&newton) {
-                    *x -= newton;
-                }
-                continue;
+            let mut is_last = true;
+            for (i, (x, newton)) in x.iter_mut().zip(&newton).enumerate() {
+                *x -= newton;
+                is_last &= newton.abs() <= LAST * sides::reach(&inverse, &terms, i).max(x.abs());
             }
-            let b = at.slopes.times(&inverse.times(&at.by_sides));
-            let moved = at.slopes.times_vector(&newton);
-            let velocities = self.sizes();
-            return (0..zero.len()).filter(|&g| zero[g]).any(|g| {
-                let others = (0..zero.len()).filter(|&k| k != g && zero[k]);
-                let others: f64 = others.map(|k| b[(g, k)].abs()).sum();
-                let away = -b[(g, g)] - others - (at.arguments[g] - moved[g]).abs();
-                b[(g, g)] < 0.0 && away > 0.0 && -b[(g, g)] * time > FAINT * velocities[g]
-            });
+            if is_last {
+                return Some(x);
+            }
         }
-        false
+        None
     }
 
     /// The sizes of the arguments' terms.
-    fn sizes(&self) -> Vec<f64> {
+    pub(super) fn sizes(&self) -> Vec<f64> {
         let (q, v) = (map(self.q, Bounded::splat), map(self.v, Bounded::splat));
         let arguments = self.declaration.side_arguments(Bounded::splat(self.t), &q, &v);
         arguments

@@ -158,8 +158,35 @@ impl Sided {
 ///
 /// Sides drive their arguments back to zero, `B_gg ≥ 0`; backward in time, with `direction` -1, away from it.
 /// Where they do the opposite, as with a force along the velocity, the motion does not stay at rest.
+///
+/// If no solution is found from a guess with arguments at zero, all of them are tried at either bound: what is
+/// driven to one side from all values of its side leaves there.
 #[cold]
 pub(crate) fn solve(
+    linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
+    guess: &Sided,
+    least: &[f64],
+    direction: f64,
+) -> Option<Sided> {
+    solve_from(linearize, guess, least, direction).or_else(|| {
+        let may_leave = direction > 0.0 && guess.pieces.contains(&Piece::Between);
+        let bounds = [Piece::Minus, Piece::Plus].into_iter().filter(|_| may_leave);
+        let mut found = bounds.filter_map(|bound| {
+            let piece = |piece: &Piece| if *piece == Piece::Between { bound } else { *piece };
+            let pieces = guess.pieces.iter().map(piece).collect();
+            solve_from(
+                linearize,
+                &Sided::guess(guess.x.clone(), pieces),
+                least,
+                direction,
+            )
+        });
+        found.next()
+    })
+}
+
+/// [`solve`] from one guess.
+fn solve_from(
     linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
     guess: &Sided,
     least: &[f64],
@@ -168,15 +195,32 @@ pub(crate) fn solve(
     let mut now = guess.clone();
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
-        let pieces = now.pieces.clone();
+        let (pieces, sides) = (now.pieces.clone(), now.sides.clone());
         let largest = update(linearize, &mut now, least, direction)?;
         let same = now.pieces == pieces;
-        if same && (largest <= LAST || largest <= ROUNDING && largest >= 0.5 * last) {
+        if same
+            && (largest <= LAST || largest <= ROUNDING && largest >= 0.5 * last)
+            && is_solved(linearize, &mut now, &sides)
+        {
             return Some(now);
         }
         last = largest;
     }
     None
+}
+
+/// Whether the rows vanish with the sides of the last update, if these have changed from the sides before: with
+/// a body at rest the unknowns do not tell, and the rows need not be linear in the sides.
+fn is_solved(linearize: &dyn Fn(&[f64], &[f64]) -> Linear, now: &mut Sided, before: &[f64]) -> bool {
+    let mut sides = now.sides.iter().zip(before);
+    if sides.all(|(side, before)| (side - before).abs() <= ROUNDING) {
+        return true;
+    }
+    now.evaluations += 1;
+    let at = linearize(&now.x, &now.sides);
+    let terms = at.terms(&now.x);
+    let mut rows = at.rows.iter().zip(terms);
+    rows.all(|(row, terms)| row.abs() <= ROUNDING * terms)
 }
 
 /// One iteration of [`solve`]. Returns the largest update, relative to its unknown.

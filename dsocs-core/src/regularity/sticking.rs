@@ -119,7 +119,7 @@ pub(crate) enum Outlook {
 }
 
 /// The arguments in the middle of a leg.
-fn in_the_middle(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+pub(crate) fn in_the_middle(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     at_part(declaration, h, leg, 0.5)
 }
 
@@ -232,7 +232,7 @@ impl<'a> Contact<'a> {
     }
 
     /// The leg after this one.
-    fn next(&self, e: &[f64]) -> OwnedLeg<f64> {
+    pub(crate) fn next(&self, e: &[f64]) -> OwnedLeg<f64> {
         let d: Vec<f64> = self.leg.d.iter().zip(e).map(|(d, e)| d + e).collect();
         OwnedLeg {
             t: self.leg.t + self.h,

@@ -28,8 +28,9 @@ pub enum StepFailure {
     /// Two motions continue from there: a smooth one, and one that keeps the prescribed quantity, such as a
     /// curvature.
     PassesRest,
-    /// A body at rest is driven to either side by a force that jumps with the velocity, such as one along the
-    /// velocity. Three motions are possible, and one of them stays at rest.
+    /// A body at rest may go on in more than one way, where a force jumps with the velocity: it may leave to
+    /// either side, as by a force along the velocity, or leave and stay, as with friction that raises its own
+    /// normal force.
     Forks,
     /// A rotation turns by half a turn or more in the step, so the sense of the turn is not determined.
     TurnsTooFar,
@@ -46,7 +47,9 @@ impl fmt::Display for StepFailure {
             Self::NoSolution => "what is declared cannot be met here",
             Self::PassesSingularity => "the equations become singular on the way of this step",
             Self::PassesRest => "the motion passes through rest, where a constraint of third order does not determine how it goes on",
-            Self::Forks => "what is at rest may go either way, or stay: a force jumps with the velocity and leads away from rest on both of its sides",
+            Self::Forks => {
+                "what is at rest may leave in more than one way, or stay: a force jumps with the velocity, and more than one of its values there continues the motion"
+            },
             Self::TurnsTooFar => "a rotation turns by half a turn or more in this step",
             Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",

@@ -212,7 +212,7 @@ impl Integrator {
         equations.expand(&mut self.next);
         if self.watch.is_some() && !(rests && self.rest(equations, None)) {
             self.begin_at_switch(equations);
-            self.look_for_forks(equations);
+            self.look_for_forks(equations, None);
         }
     }
 

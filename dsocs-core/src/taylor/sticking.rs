@@ -112,16 +112,10 @@ impl Integrator {
         }
         let (t, a) = (self.t.hi[0], self.acceleration().to_vec());
         let point = AtPoint::new(declaration, (t, self.now.q(), self.now.v()));
-        let arguments = point.arguments();
         let tau = self.time_scale();
         let multipliers = declaration.shape().multipliers();
-        let fastest = point.fastest(&a, multipliers);
-        // uniform motion has no time scale, and if a surface jumps nothing else arrives
-        let arrives =
-            |g: usize| arguments[g] == 0.0 || !jumped && arguments[g].abs() <= ARRIVES * tau * fastest[g];
-        let zero: Vec<bool> = (0..arguments.len())
-            .map(|g| zero.is_some_and(|zero| zero[g]) || arrives(g))
-            .collect();
+        let time = if jumped { 0.0 } else { tau };
+        let zero = arrived(&point, (&a, multipliers), time, zero);
         let Some(found) = point.solve(&zero, multipliers, Some(&a)) else {
             return false;
         };
@@ -131,15 +125,17 @@ impl Integrator {
         let guess = Held {
             x: found.x,
             sides: found.sides,
-            ..Held::guess(&a, multipliers, arguments.len())
+            ..Held::guess(&a, multipliers, declaration.sides())
         };
         let Some(now) = point.held(&found.pieces, &guess) else {
             return false;
         };
+        let forks = point.forks(&zero, multipliers, tau);
         self.now.move_velocity(&now.correction);
         self.next.expect(&now.x[..a.len()]);
         if let Some(watch) = &mut self.watch {
             watch.stuck = None;
+            watch.forks = forks;
             watch.sticking = Some(Box::new(Sticking {
                 last: found.pieces.clone(),
                 pieces: found.pieces,
@@ -151,19 +147,22 @@ impl Integrator {
         true
     }
 
-    /// Tests whether the motion is unique where some arguments are zero.
+    /// Tests whether the motion is unique where some arguments are zero: to rounding, or where it has `arrived`
+    /// at their zeros, within a part of the time `tau`.
     #[cold]
-    pub(super) fn look_for_forks(&mut self, equations: &dyn SeriesKernel) {
+    pub(super) fn look_for_forks(&mut self, equations: &dyn SeriesKernel, tau: Option<f64>) {
         let declaration = equations.declaration();
         if declaration.sides() == 0 || !self.clock.is_forward() {
             return;
         }
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
-        let zero = sides::zero(&declaration, t, q, v);
-        let forks = zero.contains(&true) && {
-            let multipliers = declaration.shape().multipliers();
-            AtPoint::new(declaration, (t, q, v)).forks(&zero, multipliers, self.time_scale())
-        };
+        let point = AtPoint::new(declaration, (t, q, v));
+        let multipliers = declaration.shape().multipliers();
+        let mut zero = sides::zero(&declaration, t, q, v);
+        if let Some(tau) = tau {
+            zero = arrived(&point, (self.acceleration(), multipliers), tau, Some(&zero));
+        }
+        let forks = zero.contains(&true) && point.forks(&zero, multipliers, self.time_scale());
         if let Some(watch) = &mut self.watch {
             watch.forks = forks;
         }
@@ -530,4 +529,21 @@ impl Integrator {
             (watch.sticking, watch.rested) = (None, None);
         }
     }
+}
+
+/// The arguments that are zero: the given ones, and those that arrive there within a part of the time `tau`,
+/// with the given acceleration.
+fn arrived(
+    point: &AtPoint<'_>,
+    (a, multipliers): (&[f64], usize),
+    tau: f64,
+    zero: Option<&[bool]>,
+) -> Vec<bool> {
+    let fastest = point.fastest(a, multipliers);
+    let arguments = point.arguments().into_iter().zip(fastest).enumerate();
+    arguments
+        .map(|(g, (argument, fastest))| {
+            zero.is_some_and(|zero| zero[g]) || argument.abs() <= ARRIVES * tau.abs() * fastest
+        })
+        .collect()
 }

@@ -59,8 +59,7 @@ pub(super) struct Watch {
     pub(super) short: u32,
     /// The switch where no piece continues the motion.
     pub stuck: Option<Cow<'static, str>>,
-    /// Whether the motion is not unique beyond the current point: it is at rest, and a force drives it away
-    /// on both sides.
+    /// Whether the motion is not unique beyond the current point.
     pub(super) forks: bool,
     /// The resting state at the current point.
     pub(super) sticking: Option<Box<Sticking>>,
@@ -347,6 +346,7 @@ impl Integrator {
         watch.short = if is_short { watch.short + 1 } else { 0 };
         self.decide(equations, &mut watch, tau);
         self.watch = Some(watch);
+        self.look_for_forks(equations, Some(tau));
     }
 
     /// Moves on until all arguments that are zero to rounding, and change their sign, have the signs of the

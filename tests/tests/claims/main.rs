@@ -25,6 +25,7 @@ mod error_text;
 mod external_forces;
 mod factors_at_rest;
 mod flow;
+mod forks;
 mod frictions_together;
 mod garbage;
 mod geometry;

@@ -55,8 +55,13 @@ pub fn starts_at_rounding(motion: &CheckedMotion<'_>) -> Option<String> {
     let extents: Vec<f64> = (0..q.len()).map(extent).collect();
     let apart = here.iter().zip(&beside).map(|(here, beside)| {
         let apart = less(here.any().q, beside.any().q);
-        let relative = apart.iter().zip(&extents);
-        relative.fold(0.0, |most, (apart, extent)| larger(most, apart.abs() / extent))
+        let relative = apart.iter().zip(&extents).filter(|(apart, _)| **apart != 0.0);
+        // of a coordinate that does not move, a difference is all there is
+        let part = |(apart, extent): (&f64, &f64)| match extent {
+            0.0 => 1.0,
+            extent => apart.abs() / extent,
+        };
+        relative.map(part).fold(0.0, larger)
     });
     let apart = apart.fold(0.0, larger);
     // a small change is rounding of a step that is too short, unless dependent constraints enlarge it
