@@ -182,7 +182,8 @@ pub(super) fn together<T: Coefficient, const FUSED: bool, const P: usize, const 
 ) -> [Row<T>; P] {
     let end = (k.clamp(1, ROWS - 1) + 1).saturating_sub(first);
     // as many rows from the left as from the right, which are read backwards
-    let (mut ahead, mut back): ([&[Row<T>]; P], [&[Row<T>]; P]) = ([&[]; P], [&[]; P]);
+    let mut ahead: [&[Row<T>]; P] = [&[]; P];
+    let mut back = ahead;
     for p in 0..P {
         ahead[p] = blocks[p].left.get(first..end).unwrap_or_default();
         back[p] = blocks[p].right.get(first..end).unwrap_or_default();
