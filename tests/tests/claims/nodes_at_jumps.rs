@@ -296,7 +296,7 @@ fn runs<'s>(system: &'s TapeKernel, start: Start<1>) -> Vec<(&'static str, Box<d
 fn sampled(run: &mut dyn Run, times: &[f64]) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     run.sample(times, &mut |_, point| {
-        points.push([point.q[0], point.v[0], point.a[0]])
+        points.push([point.q[0], point.v[0], point.a[0]]);
     })
     .unwrap();
     points
