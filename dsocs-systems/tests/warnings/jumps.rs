@@ -636,7 +636,7 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
             let text = format!("{scene} run {{ start = {start}; step = 0.01; until = 3; }}");
             let (succeeds, output) = attempt(&text, "run", method);
             assert!(
-                !succeeds && output[1].contains("what is at rest may go either way, or stay"),
+                !succeeds && output[1].contains("what is at rest may leave in more than one way, or stay"),
                 "{text} {method:?}: {output:?}"
             );
         }
