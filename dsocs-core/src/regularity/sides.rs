@@ -431,7 +431,7 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             from + (to - from) * (state >> 11) as f64 / (1_u64 << 53) as f64
         };
-        for round in 0..224 {
+        for round in 0..800 {
             let (count, rank) = (1 + round % 7, 1 + round / 7 % 4);
             let directions: Vec<f64> = (0..28).map(|_| random(-1.0, 1.0)).collect();
             let limits: Vec<f64> = (0..count).map(|_| random(0.05, 2.0)).collect();
