@@ -360,14 +360,12 @@ impl Integrator {
             && let Some(last) = self.corner.take()
         {
             self.step_from_corner(equations, (until, left), last)
-        } else if let Some(watch) = &mut self.watch {
-            if watch.sticking.is_some() {
-                self.step_at_rest(equations, (until, left), smallest)
-            } else {
-                watch.rested = None;
-                self.advance(equations, (until, left), smallest)
-            }
+        } else if self.rests() {
+            self.step_at_rest(equations, (until, left), smallest)
         } else {
+            if let Some(watch) = &mut self.watch {
+                watch.rested = None;
+            }
             self.advance(equations, (until, left), smallest)
         };
         match outcome {
