@@ -501,7 +501,7 @@ impl FailedStep {
         let places = self.coordinates.iter().zip(apart).zip(&legs);
         places
             .max_by(|((_, one), leg), ((_, other), other_leg)| {
-                // the increment of a coordinate at rest is no unit
+                // a coordinate at rest has a tiny increment: the longest one of the step limits the ratio
                 let relative = |apart: f64, leg: f64| apart / leg.max(1e-3 * longest);
                 relative(*one, **leg).total_cmp(&relative(*other, **other_leg))
             })
@@ -527,7 +527,7 @@ impl StepError {
         &self.0
     }
 
-    /// Adds a singularity in the step that no motion passes.
+    /// Adds the cause: a singularity within the step, beyond which no motion continues.
     pub(crate) fn at(mut self, singularity: Singularity) -> Self {
         self.0.singular_at = Some(singularity.time);
         self.0.deficiency = singularity.deficiency;
@@ -556,7 +556,7 @@ impl StepError {
         match &step.undefined {
             Some(undefined) if step.index == 1 => return undefined.advice(step.q0 == step.q1),
             Some(undefined) if undefined.overflows() => return undefined.advice(false),
-            // what is divided by zero has no value with any step
+            // a quotient by zero has no value whatever the step is
             Some(undefined) if undefined.value == 0.0 => {
                 return "the motion ends here: end the run before, or write what is bounded without the divisor";
             }
@@ -633,7 +633,7 @@ impl StepError {
 impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let step = &*self.0;
-        // where the rank is lost, all else follows from it
+        // a lost rank of the constraints causes all other failures, so it is named first
         let rank = step.dependent.as_ref().map_or_else(String::new, |(time, row)| {
             format!(
                 "the rank of the constraints is lost, or nearly so, near t = {}, where {row} says nothing beside the others; ",

@@ -86,7 +86,7 @@
 #[cfg(test)]
 extern crate self as dsocs_core;
 
-// In layers: a folder uses only those above it.
+// Layers: a folder uses only folders above it in this list.
 
 // threads
 mod threads;
@@ -100,7 +100,7 @@ mod solve;
 
 mod series;
 
-// declarations: as bytes, and as generated code
+// declarations: tapes (bytecode), and kernels (compiled or interpreted)
 mod tape;
 
 mod kernel;
@@ -180,7 +180,7 @@ pub use system::System;
 pub use tape::{Shape, Symmetry};
 pub use taylor::{Estimates, FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
-/// Items that generated code uses beside the public ones; no part of the interface.
+/// Items that generated code uses beside the public ones; not part of the public interface.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::kernel::generated::{Compiled, Report};

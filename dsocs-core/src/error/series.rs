@@ -340,7 +340,7 @@ fn function_of(switch: &str) -> Option<&str> {
     switch.strip_prefix("a comparison in ")
 }
 
-/// The description of a place that steps cannot pass.
+/// Displays a place that steps cannot pass: the singular equations there, or a tolerance too large to trust them.
 struct Singular<'a> {
     /// The near-deficiency of the equations there.
     deficiency: Option<&'a Deficiency>,
@@ -360,7 +360,7 @@ impl fmt::Display for Singular<'_> {
         let tolerance = self.tolerance;
         let is_loose = tolerance > LOOSE;
         if is_loose {
-            // the equations at a place that the motion never reaches are no explanation
+            // errors of the steps may have led to a place that the motion never reaches: its equations explain nothing
             return write!(
                 f,
                 "the tolerance {tolerance:e} is large: each step may miss the motion by this part of the velocity, the errors add up, and \
