@@ -8,9 +8,8 @@
 //!
 //! Of several backward legs the longest is examined: it is the first to become singular.
 //!
-//! If the damping jumps, there may also be a solution on the other side of the jump, with the same
-//! orientation. A solution that is not found at once is therefore compared with the one that the motion leads
-//! to, from the node back.
+//! If the damping jumps, there may also be a solution on the other side of the jump, with the same orientation. A solution that takes many
+//! iterations is therefore compared with the one that continuation from the node, with backward legs of growing length, leads to.
 
 use crate::flow::discrete::constants_of;
 use crate::kernel::Kernel;
@@ -20,22 +19,22 @@ use crate::number::point::{AnyLeg, AnyPoint};
 use crate::solve::{Square, Vector};
 use crate::step::Step;
 
-/// Ratio to a leg so short that it goes back to no singularity.
+/// Length of the leg by which the orientation of a node is judged, as a part of the full leg: too short to contain a singularity.
 const SHORT: f64 = 1.0 / (1 << 20) as f64;
 
-/// Number of evaluations after which a solution is compared with the one that the motion leads to.
+/// Number of evaluations after which a solution is compared with the one that continuation leads to.
 pub(super) const MANY: u32 = 6;
 
-/// With at most this many evaluations, an iteration on the way from a node has not left its branch.
+/// With at most this many evaluations, an iteration of the continuation has stayed on its branch of solutions.
 const FEW: u32 = 4;
 
-/// The smallest part of a leg in that comparison.
+/// The smallest increase of the length in that continuation, as a part of the leg.
 const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
 
 /// Two vectors that differ by less, relative to the larger, are the same solution.
 const SAME: f64 = 1e-6;
 
-/// Relative change of a velocity for the derivative of the velocity after a leg.
+/// Relative change of an increment by which its derivatives are formed as differences.
 const MOVED: f64 = 1e-4;
 
 /// A system, and the values of its parameters.
@@ -47,8 +46,7 @@ pub(super) fn is_doubtful(report: StepReport) -> bool {
     report.iterations >= MANY || report.guess != Guess::Predicted
 }
 
-/// Whether the acceleration `found` at the end of a leg is the one that the motion leads to, by legs from the
-/// node of increasing length.
+/// Whether the acceleration `found` at the end of a leg is the one to which continuation leads: legs from the node, of increasing length.
 #[cold]
 pub(super) fn continues(system: System<'_>, h: f64, from: AnyPoint<'_, f64>, found: &[f64]) -> bool {
     let mut a = Vector::of(from.a);
@@ -71,8 +69,8 @@ pub(super) fn continues(system: System<'_>, h: f64, from: AnyPoint<'_, f64>, fou
     is_passable && is_same(&a, found)
 }
 
-/// Makes a leg by continuation in its length, from the part that was reached to the next, until it is whole;
-/// with smaller parts if one fails. `false` if the smallest fails.
+/// Continuation in the length of a leg: `make(reached, next)` makes the leg of the part `next`, from the solution at the part `reached`,
+/// until the leg is whole. If it fails, the next part is smaller. `false` if the smallest part fails.
 pub(super) fn little_by_little(mut make: impl FnMut(f64, f64) -> bool) -> bool {
     let (mut reached, mut part) = (0.0, 0.125);
     while reached < 1.0 {
@@ -119,8 +117,8 @@ pub(super) fn short_orientation((kernel, values): System<'_>, h: f64, node: AnyP
     step.orientation(&step.unknown(&Vector::of(node.a).map(|a| h * h * a), &[]))
 }
 
-/// Whether rows that were solved beforehand, and are not among the others, have passed a singularity, judged
-/// by the derivative of the velocity after a leg by that before it. `false` if it cannot be computed.
+/// Whether equations without a Jacobian of their own, because all unknowns were eliminated in advance, have passed a singularity: then the
+/// derivative of the velocity after a leg by the velocity before it has a negative determinant. `false` if it cannot be computed.
 #[cold]
 pub(super) fn passes_singularity(system: System<'_>, h: f64, node: AnyPoint<'_, f64>) -> bool {
     let (d, a) = (arriving(h, node), node.a);

@@ -1,8 +1,8 @@
 //! Composed steps in which a body comes to rest, rests or slips where a function jumps with the velocity.
 //!
-//! A leg that goes back in time does not notice a rest that begins or ends on it, and on a moving surface
-//! legs of different lengths rest at different velocities. So such a step is replaced by paper's steps of a
-//! part of its length, all forward, with sides (see [`crate::regularity::sticking`]). It is of order 2, like
+//! A leg that goes back in time does not notice a rest that begins or ends on it, and on a moving surface legs of different lengths rest at
+//! different velocities. So such a step is replaced by the paper's steps of a part of its length, all forward, with sides (see
+//! [`crate::regularity::sticking`]). It is of order 2, like every step in which the acceleration jumps.
 //! every step in which the acceleration jumps.
 
 use super::run::Composed;
@@ -50,7 +50,7 @@ impl Composed<'_> {
         {
             return true;
         }
-        // with the acceleration of the mass, and with that of the surface alone
+        // rates with the acceleration of the body, and without it: those of a surface that moves by itself
         let (moving, steady) = (self.side_arguments(a), self.side_arguments(&a.map(|_| 0.0)));
         let mut both = moving.iter().zip(&steady);
         // false also for a NaN
@@ -61,7 +61,7 @@ impl Composed<'_> {
         !both.all(|(moving, steady)| is_clear(moving, steady))
     }
 
-    /// Whether an argument has another sign than at the beginning of a step that was taken back.
+    /// Whether an argument has another sign than at the beginning of a step that was undone.
     pub(super) fn has_crossed(&self, before: &ComposedState) -> bool {
         let State { q, v, .. } = &before.now;
         let t = before.clock.time();
@@ -71,7 +71,7 @@ impl Composed<'_> {
         both.any(|(before, now)| before * now.value() <= 0.0)
     }
 
-    /// Makes a step by short steps of order 2.
+    /// Makes a step as [`PARTS`] short steps of order 2.
     #[cold]
     pub(super) fn step_slowly(&mut self) -> Result<StepReport, RunError> {
         let h = self.h / f64::from(PARTS);
@@ -117,13 +117,13 @@ impl Composed<'_> {
             a: Vector::of(node.a),
         };
         self.run_state.clock.tick();
-        // the past of the legs has ended
+        // the legs before this node are not extrapolated
         self.run_state.since = self.run_state.clock.index();
         self.prepare();
         self.run_state.report = report;
         let t = self.run_state.clock.time();
         if !self.is_near_rest() {
-            // the next step is of a higher order, and so is its acceleration
+            // the next step is composed again and needs the acceleration of the continuous system
             let State { q, v, a } = &self.run_state.now;
             let found = start::acceleration(&self.declaration(), (t, &q.hi, &v.hi), Some(a));
             if let Ok((a, _)) = found {

@@ -110,7 +110,7 @@ impl<'s> Momenta<'s> {
         }
     }
 
-    /// The node with a position and a velocity. Of several accelerations, the one near a given one is taken.
+    /// The node with a position and a velocity. If the equations have several accelerations, the one near a given one is taken.
     pub(super) fn start(
         &self,
         t: f64,
@@ -325,7 +325,7 @@ impl<'s> Momenta<'s> {
                 let Some(column) = solve(&slopes) else {
                     return Err(unsolved(StepFailure::Singular, progress));
                 };
-                // along the constraints: the acceleration changes with the velocity
+                // the velocity changes by the unit vector `j`, acceleration and multipliers as the constraints require
                 let along = moving(
                     point,
                     |k| if k == j { 1.0 } else { 0.0 },
@@ -361,7 +361,8 @@ impl<'s> Momenta<'s> {
                 *multiplier += change;
             }
             if progress.ends(largest) {
-                // the sign for short legs, unless the leg is beyond a singularity
+                // a determinant with another sign than that of the mass matrix, which is the limit for short legs, shows a singularity on the
+                // leg
                 let turns = |matrix: &Square| matrix.determinant().value < 0.0;
                 if turns(&matrix) != turns(&mass) {
                     return Err(LegFailure::Singularity);
@@ -430,7 +431,7 @@ fn relative(update: &[f64], unknown: &[f64], rounding: &[f64]) -> f64 {
     parts.fold(0.0, larger)
 }
 
-/// A point with tangents.
+/// A point whose time stays fixed, with rates of position, velocity and acceleration.
 fn moving(
     point: AnyPoint<'_, f64>,
     v: impl Fn(usize) -> f64,

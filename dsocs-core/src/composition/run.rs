@@ -94,7 +94,7 @@ struct MomentumState {
     examined: Option<ExaminedDeterminant>,
 }
 
-/// A determinant that was examined.
+/// The node at which a determinant was examined, and when that is due again.
 #[derive(Clone, Copy, Debug)]
 struct ExaminedDeterminant {
     determinant: Determinant,
@@ -104,8 +104,8 @@ struct ExaminedDeterminant {
     again: u64,
 }
 
-/// A determinant that changes by less than this part of itself a step is not near zero; it is examined again
-/// before it has changed by as much.
+/// A determinant that changes by less than this part of itself in a step is not near zero. It is examined again before it can have changed by
+/// as much.
 const STEADY: f64 = 0.1;
 
 impl State {
@@ -456,8 +456,7 @@ impl<'s> Composed<'s> {
         Ok(self.run_state.report)
     }
 
-    /// Searches for a singularity on the path of a step whose legs are joined by momenta; their own equations
-    /// give no determinant.
+    /// Searches for a singularity on the path of a step whose legs are joined by momenta: their own equations give no determinant.
     fn look_along(&mut self, next: &State) -> Result<(), StageError> {
         if self.kernel.shape().kinematic == 0 && self.is_steady(next) {
             return Ok(());
@@ -541,8 +540,8 @@ impl<'s> Composed<'s> {
         self.run_state.clock.time() + done * self.h
     }
 
-    /// The sign of the determinant at the end of a stage as the motion has it, if the stage has the same
-    /// sign: at the first step of a run, and where the continuous system itself passes a singularity.
+    /// The sign of the determinant of a stage, at the first step of a run and where the continuous system itself passes a singularity: that
+    /// of a short leg at the end of the stage. An error if the stage has the other sign: then a singularity lies on its leg.
     #[cold]
     fn reoriented(&self, place: usize, state: &State, half: f64) -> Result<f64, StageError> {
         let stage = &self.run_state.stages[place];
@@ -565,8 +564,8 @@ impl<'s> Composed<'s> {
         Err(self.refused(place, StageFailure::Singularity { time, h }))
     }
 
-    /// Examines a stage whose determinant comes near to zero or has passed it, or that was not solved from
-    /// its prediction. A motion that ends at a singularity must not continue behind it.
+    /// Examines a stage whose determinant comes near to zero or has passed it, or that was not solved from its prediction. A motion that ends
+    /// at a singularity must not be continued beyond it.
     #[cold]
     fn look_for_singularity(
         &mut self,
@@ -609,7 +608,7 @@ impl<'s> Composed<'s> {
             NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
         }
         if change == DeterminantChange::Falls {
-            // each of the stages may lead past it
+            // each of the stages may pass the singularity
             for stage in &mut self.run_state.stages {
                 stage.predictor.determinants.look_again();
             }
@@ -637,7 +636,7 @@ impl<'s> Composed<'s> {
         self.failed_at(place, state, |error| error, cause)
     }
 
-    /// [`Composed::failed`] with more details.
+    /// [`Composed::failed`] with the time and the length of the leg.
     fn failed_at(
         &self,
         place: usize,
@@ -673,7 +672,7 @@ impl<'s> Composed<'s> {
             let e = self.step_of(stage).second_difference(&stage.found);
             Regularity::of_declaration(&declaration, stage.h, stage.leg.any(), &e)
         };
-        // a NaN counts as the least
+        // a NaN counts as least regular
         let condition =
             |at: &Regularity| (at.forward / at.largest_forward).min(at.backward / at.largest_backward);
         let order = |at: &Regularity| {

@@ -57,7 +57,7 @@ pub(crate) struct Stage {
 /// The state that is carried from step to step.
 #[derive(Clone, Debug)]
 pub(crate) struct ComposedState {
-    /// Its stages, in order.
+    /// The stages of the method, in order.
     pub stages: Vec<Stage>,
     /// The number and the time of the current node.
     pub clock: Clock,
@@ -128,7 +128,7 @@ fn step<S: System<N>, const N: usize>(system: &S, run_state: &mut ComposedState)
         // the acceleration of the beginning is given
         return Err(HaltReason::Start);
     }
-    // with few past steps, only this decides between two roots
+    // with few past steps, only the flag `past_is_short` decides between two roots
     let past_is_short = past_is_short(index, run_state.since);
     let now = run_state.clock.time();
     let mut iterations = 0;
@@ -182,7 +182,7 @@ fn step<S: System<N>, const N: usize>(system: &S, run_state: &mut ComposedState)
             return Err(HaltReason::Departs);
         }
         *found = solved.root.z;
-        // also if another stage asks: the step that is then solved on slices resets the factors
+        // kept even if a later stage halts: the step that is then solved on slices resets the factors
         *past.scales = solved.scales;
         iterations += solved.root.evaluations;
     }

@@ -34,7 +34,7 @@ struct Node {
 }
 
 impl Node {
-    /// The next node, a time `h` later, if the acceleration changes linearly to the expected one.
+    /// The node a time `h` later that is expected: the acceleration changes linearly to the extrapolated one.
     fn goes_on(&self, rotations: &[usize], h: f64) -> Option<Self> {
         let next = self.next.as_ref()?;
         let along = |i: usize| (self.v[i], self.a[i], next[i]);
@@ -64,7 +64,7 @@ pub(super) struct RecentNodes {
     accelerations: Predictor,
     /// Whether the last step has been examined.
     is_examined: bool,
-    /// The signs of arguments at the end of the step that was examined last.
+    /// The signs of the arguments at the end of the step that was examined last.
     came: Vec<f64>,
     /// The number of the node at the end of that step.
     looked_at: u64,
@@ -141,13 +141,13 @@ impl Composed<'_> {
         self.watch = Some(watch);
     }
 
-    /// Examines the path between two nodes: places where arguments change their signs; if there are none and
-    /// the acceleration was `unforeseen`, accelerations. Returns the number of steps of this length after
-    /// which arguments are to be evaluated again.
+    /// Examines the path between two nodes for arguments that change their signs; if there are none and the acceleration was `unforeseen`,
+    /// for jumps of the acceleration itself. Returns the number of steps of this length until arguments have to be evaluated again.
     #[cold]
     fn look_between(&mut self, [from, to]: [&Node; 2], came: &mut [f64], unforeseen: bool) -> u64 {
         let declaration = self.declaration();
-        // at a jump inside a leg, the motion may be reversed, before or beyond it
+        // a jump inside a leg can reverse the motion, before or beyond it, so that the path found shows no change of sign: the expected path
+        // is examined, too
         let foreseen = from.goes_on(&self.kernel.shape().rotations, to.t - from.t);
         let mut start = came.to_vec();
         let mut part = self.jump_between([from, to], came);
