@@ -444,7 +444,7 @@ impl Work for Linearization<'_> {
                 }
             }
         }
-        // infinite and NaN components stay so
+        // zero if all components are finite: an infinite or NaN number times zero is NaN
         let mut broken = Eight::ZERO;
         for entry in in_rows.iter() {
             broken = broken + *entry * Eight::ZERO;

@@ -1,8 +1,7 @@
 //! Derivatives of the projection of a start onto constraints of positions and velocities.
 //!
-//! The iterations are those of `start::consistency`, in numbers that carry their change along a direction.
-//! After they have converged, one more iteration makes the change exact to rounding, as Newton's method does
-//! with derivatives.
+//! The iterations are those of `start::consistency`, in numbers that carry their change along a direction. After they have converged, one
+//! more iteration makes the change exact to rounding: the change converges one iteration later than the value.
 
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::number::scalar::Scalar as _;
@@ -14,10 +13,10 @@ use crate::tape::declaration::Declaration;
 /// Largest number of iterations of a projection.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates of this part of a vector are small; once they no longer decrease, they are rounding.
+/// Updates below this, relative to the vector, are rounding once they no longer decrease.
 const SMALL: f64 = 1e-12;
 
-/// Updates of this part are rounding in any case.
+/// Updates below this, relative to the vector, are rounding in any case.
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
 /// A vector and its change along a direction.
@@ -127,8 +126,7 @@ pub(super) fn projected(
     Some((q, v))
 }
 
-/// The increment to the second node after its projection onto the constraints of nodes and pairs, from that
-/// of the start's rule.
+/// The increment to the second node, from that of the start's rule, after its projection onto the holonomic and nonholonomic constraints.
 pub(super) fn onto_pair(
     declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
@@ -344,7 +342,7 @@ mod tests {
         };
         let of = |rule: fn(&[f64], &[f64]) -> AnyStart| move |x: &[f64]| rule(&split(x).0, &split(x).1);
         let projected = |rule: fn(&[f64], &[f64]) -> AnyStart| move |x: &[f64]| of(rule)(x).projected();
-        // the start leaves the constraints when it changes alone, or when the size does
+        // a change of one component of the start, or of `size`, alone leaves the constraints
         let y = (1.08_f64 / 2.0).sqrt();
         let on = [0.6, y, 0.5, -(0.6 + 0.6 * y / 5.0) / (4.0 * y)];
         let beside = [0.65, 0.8, 0.5, 0.2];

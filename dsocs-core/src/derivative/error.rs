@@ -50,7 +50,7 @@ pub enum DerivativeError {
         /// The place that was asked for.
         index: usize,
     },
-    /// The caller broke off.
+    /// The caller stopped the run.
     #[error("stopped at t = {time}")]
     Stopped {
         /// The time of the last node.
@@ -96,7 +96,7 @@ pub enum DerivativeError {
         /// The reason.
         reason: &'static str,
     },
-    /// A step of the path has no root but a jump ([`Stop::Jump`](crate::Stop::Jump)).
+    /// A step of the path has no root: its equations change their sign in a jump ([`Stop::Jump`](crate::Stop::Jump)).
     #[error(
         "the step about node {index} (t = {time}) has no derivative: its equations pass zero in a jump, such as that of `signum`; a smooth \
          function, such as `(v / 0.01).tanh()`, has one"

@@ -124,7 +124,7 @@ struct VariableDirection {
 }
 
 impl VariableDirection {
-    /// The rate of change of a parameter on a stretch: 1 or 0.
+    /// The rate of change of a parameter on a stretch: 1 for the variable's own, otherwise 0.
     fn rate(&self, stretch: usize, place: usize) -> f64 {
         let moves = self.parameter == Some(place) && self.stretch.is_none_or(|own| own == stretch);
         f64::from(u8::from(moves))
@@ -373,7 +373,7 @@ fn forward(
                 for ((state, variable), (moved, arriving)) in states.iter_mut().zip(variables).zip(both) {
                     let rate = |side: usize, place: usize| variable.rate(stretch - 1 + side, place);
                     let e = changed.slopes.change(&state.q, &state.d, rate);
-                    // with the old values on both sides
+                    // the second difference with the old values on both sides, to which the velocity of the node belongs
                     let old = changed
                         .of_arriving
                         .change(&state.q, &state.d, |_, place| rate(0, place));

@@ -1,4 +1,4 @@
-//! Backward (the discrete adjoint): the derivatives of one cost by all variables, from the last step to the first.
+//! The backward method (discrete adjoint): the derivatives of one cost by all variables, propagated from the last step to the first.
 
 use super::block::{Block, Role, Rooms, Steps};
 use super::error::DerivativeError;
@@ -30,8 +30,8 @@ pub struct Gradient<const N: usize> {
     pub v0: [f64; N],
     /// The derivatives with respect to the second node; zero unless the start is [`Start::nodes`](crate::Start::nodes).
     pub q1: [f64; N],
-    /// The derivatives with respect to the parameters, in the order of [`System::PARAMETERS`](crate::System::PARAMETERS). Each parameter changes throughout the run. For an
-    /// input this is the sum over the legs.
+    /// The derivatives with respect to the parameters, in the order of [`System::PARAMETERS`](crate::System::PARAMETERS). Each parameter
+    /// changes throughout the run. For an input this is the sum over the legs.
     pub parameters: Vec<f64>,
     /// The derivatives with respect to the inputs of a [`Path::plan`]: `inputs[k][j]` belongs to input `j` on the leg from node `k`. Empty for
     /// other paths.
@@ -96,13 +96,12 @@ impl<const N: usize> Path<'_, N> {
     /// println!("{} {:?}", gradient.cost, gradient.parameters);
     /// # Ok::<(), dsocs_core::DerivativeError>(())
     /// ```
+    /// For a rotation, `node.q` has the four numbers of its quaternion. Only the changes of the cost by turns are used, so the cost may
+    /// depend on the norm in any way.
     ///
     /// # Errors
     ///
     /// [`DerivativeError`] if a step or the start has no derivative.
-    ///
-    /// For a rotation, `node.q` has the four numbers of its quaternion. Only the changes of the cost by turns
-    /// are used, so the cost may depend on the norm in any way.
     pub fn gradient(
         &self,
         cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
@@ -261,8 +260,8 @@ struct Adjoint {
 }
 
 impl Adjoint {
-    /// Goes back through a step, over the leg to its last node, to the derivative by its second difference.
-    /// `of_node` is the direct derivative, by the cost of its node, in the first lane.
+    /// Propagates the derivatives back through a step, over the leg to its last node, to the derivative by its second difference. `of_node`
+    /// is the direct derivative of the last node's cost, in the first lane.
     fn by_e(&mut self, of_node: &[Eight], (rotations, increment): (&[usize], &[f64])) {
         let n = self.e.len();
         let mut legs = Vec::new();

@@ -202,8 +202,7 @@ impl StartDerivatives {
         }
     }
 
-    /// [`StartDerivatives::new`] for constraints that bind the second node to the first, and possibly the velocity and
-    /// the position.
+    /// [`StartDerivatives::new`] for a start with constraints between its first two nodes, or whose position and velocity were projected.
     fn bound(
         declaration: &Declaration<'_>,
         h: f64,
