@@ -202,7 +202,7 @@ fn of_node(
     for (place, slope) in slopes.iter_mut().enumerate().take(parts * n) {
         let mut own = rotations.iter();
         if let Some(&first) = own.find(|&&first| (first..first + SLOTS).contains(&(place % n))) {
-            // the place of the zero has no derivative
+            // the zero in front of a turn has no derivative
             if place % n == first {
                 continue;
             }

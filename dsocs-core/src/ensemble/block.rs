@@ -250,15 +250,15 @@ impl<'r, 's> Block<'r, 's> {
         }
     }
 
-    /// The lanes, as bits, whose parameters change at the middle node of the next step, or in which an
-    /// argument of the declaration may change its sign in it.
+    /// The lanes, as bits, whose next step a flow makes: those whose parameters change at its middle node, or in which an argument of a
+    /// piecewise function may change its sign.
     fn elsewhere(&mut self) -> u32 {
         let mut elsewhere = 0;
         for lane in lanes(self.active) {
             let Member { changes, flow, .. } = &mut self.members[lane];
             let changes = changes.last().is_some_and(|change| change.index == self.index);
             let looks = flow.run_state.next_examination <= self.index;
-            // a possible rest is left to a flow, which knows its legs
+            // the lane's own flow decides about a possible rest: it knows the state of the contacts
             let asks = changes || looks && self.run.shape().jumps;
             if looks && !asks {
                 self.lane_state.put(lane, &mut flow.run_state);
@@ -271,8 +271,8 @@ impl<'r, 's> Block<'r, 's> {
         elsewhere
     }
 
-    /// The last step, up to the one about the node `wanted`, before one that a lane has to solve alone: where
-    /// its parameters change, or arguments of the declaration are evaluated.
+    /// The middle node of the last step, `wanted` at most, before one that some lane has to make in its own flow: where its parameters
+    /// change, or arguments of piecewise functions are evaluated.
     fn before_changes(&self, wanted: u64) -> u64 {
         let later = |lane: usize| {
             let Member { changes, flow, .. } = &self.members[lane];

@@ -159,7 +159,7 @@ impl<S: System<N>, const N: usize> LaneKernel for CompiledLanes<'_, S, N> {
         common: &Common,
         values: &[&[f64]; LANES],
     ) -> Box<dyn Engine + 'k> {
-        // sparse elimination is not inlined, and is compiled for no other registers
+        // sparse elimination is not inlined, so it is compiled only for the program's own instructions
         #[cfg(target_arch = "x86_64")]
         if const { !S::SPARSE && OTHERS } {
             use crate::number::lanes::x86::{Avx2, Avx512};
@@ -297,7 +297,7 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
     }
 }
 
-/// Work for the registers: steps.
+/// Several steps, as a function that is compiled for each kind of register.
 struct StepWork<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     /// The steps.
     steps: &'a Steps<'s, R, S, N>,
@@ -372,7 +372,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for StepWork<'_, '_, R, S,
             }
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if S::JUMPS && steps.common.may_stick {
-                // a possible rest is left to a flow
+                // the lane's own flow decides about a possible rest
                 alone |= task.active & !foresees(guess.as_ref(), roots.z.as_ref()).bits();
             }
             if !guess.as_ref().is_empty() {
@@ -441,7 +441,7 @@ fn write_node<R: Register, const N: usize>(
     (energy, evaluations): (Lanes<R>, [u32; LANES]),
     lane_node: &mut LaneNode,
 ) {
-    // the node is the one between the legs, whatever the maps are
+    // the reported position is the middle node `q1`, whatever the declared maps are
     let parts = [q, &point.v, &point.a, force];
     for (to, from) in lane_node.vectors.chunks_exact_mut(N).zip(parts) {
         for (to, &from) in to.iter_mut().zip(from) {

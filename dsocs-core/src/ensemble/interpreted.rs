@@ -71,7 +71,7 @@ impl LaneKernel for InterpretedLanes<'_> {
     }
 }
 
-/// The numbers of several programs in lanes.
+/// The memory for the leaves, operations and results of the system's programs, a number for each lane.
 struct LaneMemory(Vec<f64>);
 
 /// All places of this memory.
@@ -145,7 +145,7 @@ impl<'n, R: Chosen> InRegisters<'n, R> {
     }
 }
 
-/// Work for the registers: a program.
+/// The evaluation of a program, as a function that is compiled for each kind of register.
 struct ProgramWork<'a, R> {
     program: &'a Straight,
     calls: &'a [TapeCall],
@@ -295,7 +295,7 @@ struct LaneRegisters<R> {
     natural: Vec<Lanes<R>>,
 }
 
-/// The workspace of steps.
+/// The workspace of steps, reused from step to step.
 struct Room<R> {
     now: LaneRegisters<R>,
     /// The compensated sums after the step that is being made.
@@ -375,7 +375,7 @@ impl<'k, R: Chosen> Steps<'k, R> {
         }
     }
 
-    /// Computes the constants of the parameters.
+    /// Evaluates the constants of the run for the current parameters.
     fn decide(&mut self) {
         let StepPrograms {
             places, constants, ..
@@ -507,7 +507,7 @@ impl<'l, 'r, R: Chosen> newton::Equations<R> for Rows<'_, '_, 'l, 'r, R> {
     }
 }
 
-/// Work for the registers: steps.
+/// Several steps, as a function that is compiled for each kind of register.
 struct StepWork<'a, 'k, R: Chosen> {
     /// The steps.
     steps: &'a mut Steps<'k, R>,
@@ -603,11 +603,11 @@ impl<R: Chosen> InLanes for StepWork<'_, '_, R> {
             );
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if z.len() < now.past.len() {
-                // the workspace was used up: the step is left to flows
+                // the workspace for vectors was used up: every lane's own flow makes the step
                 alone = task.active;
             }
             if shape.jumps && common.may_stick {
-                // a possible rest is left to a flow
+                // the lane's own flow decides about a possible rest
                 alone |= task.active & !foresees(guess.as_ref(), z).bits();
             }
             if !z.is_empty() {
@@ -655,7 +655,7 @@ impl<R: Chosen> InLanes for StepWork<'_, '_, R> {
     }
 }
 
-/// Copies a leg in; returns the initial guess of its step, and the expected sizes of the unknowns.
+/// Copies a leg into the programs' memory. Returns the initial guess of the step, and the expected sizes of the unknowns.
 #[inline(always)]
 fn begin<'l, 'r, R: Chosen>(
     token: R::Token,
@@ -768,7 +768,7 @@ fn write_node<R: Chosen>(
     walk(token, energy, system, numbers);
     let energy = numbers.results(energy).next();
     lane_node.energy.0 = energy.unwrap_or(Lanes::splat(f64::NAN)).into();
-    // the node is the one between the legs, whatever the maps are
+    // the reported position is the middle node `q1`, whatever the declared maps are
     for (to, [q, ..]) in motion.iter_mut().zip(sums) {
         to.0 = (*q).into();
     }

@@ -38,7 +38,8 @@ pub(super) struct StepResult<U, R, const N: usize> {
     pub z: U,
 }
 
-/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`RetainedSizes`](crate::solve::convergence::RetainedSizes).
+/// The natural sizes of the unknowns (see [`RetainedSizes`](crate::solve::convergence::RetainedSizes)), in the lanes where recent steps
+/// needed them.
 #[derive(Clone, Copy)]
 pub(super) struct Natural<U, R> {
     /// The lanes, as bits.

@@ -1,5 +1,5 @@
-//! Newton's iteration in lanes: the rules of [`crate::solve::newton`] for roots that are found by full
-//! updates alone.
+//! Newton's iteration in lanes, with the rules of [`crate::solve::newton`]. It finds only roots that full updates lead to; all other lanes
+//! are left to the iteration of a flow.
 
 // compiled for the machine's own instructions (see [`crate::number::instructions`])
 #![allow(clippy::inline_always)]
@@ -135,7 +135,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
                 [bent, ambiguous] = bent_and_ambiguous(first, second);
                 ambiguous = ambiguous | (bent & equations.past_is_short());
             }
-            // these are left to the iteration that examines the other root
+            // such lanes are left to the iteration of a flow, which examines the other root
             arriving = arriving & !if evaluation > MANY { bent } else { ambiguous };
         }
         let mut arrived = found.left & arriving.bits();
