@@ -1,11 +1,10 @@
 //! Nodes at which a table of samples has a corner.
 //!
-//! A table of the time that is differentiated, or that stands in the Lagrangian, may make the acceleration jump
-//! at a sample, or the velocity; at its last sample it does, since it is constant beyond. The mean velocity of
-//! the two legs beside such a node is that of neither side: it differs from both by a quarter of the step times
-//! the jump of the acceleration. So the node has the velocity with which the motion arrives there, by the leg
-//! before it and the acceleration on that side, `v = d/h + h/2 a`, which is of second order. The step itself
-//! is not changed.
+//! Where a table of the time is differentiated, or stands in the Lagrangian, the acceleration or the velocity may jump at a sample. At the
+//! last sample one of them does, since the table is constant beyond. The mean velocity of the two legs beside such a node is that of neither
+//! side: it differs from both by a quarter of the step times the jump of the acceleration. So the node has the velocity with which the motion
+//! arrives there, from the leg before it and the acceleration on that side, `v = d/h + h/2 a`, which is of second order. The step itself is
+//! not changed.
 
 use super::discrete::Discrete;
 use crate::kernel::report::NodeMut;
@@ -15,17 +14,16 @@ use crate::solve::Vector;
 use crate::start;
 use crate::tape::declaration::{Declaration, TableAt};
 
-/// A place within this many roundings of a node's time is at the node, and the sides of the node lie this far
-/// from it.
+/// Both sides of a node are evaluated this many units of rounding before and after its time. A sample between them lies at the node.
 const ROUNDINGS: f64 = 16.0;
 
-/// Samples closer to each other than this many steps are those of a curve.
+/// Samples closer to each other than this many steps approximate a smooth curve, without corners.
 const COARSE: f64 = 4.0;
 
-/// A jump of the acceleration below this part of itself is none.
+/// A jump of the acceleration below this part of the acceleration itself is rounding.
 const JUMPS: f64 = 1e-6;
 
-/// Number of times that the velocity is computed from the acceleration, which may depend on it.
+/// Number of iterations for the arriving velocity and acceleration, each of which may depend on the other.
 const TIMES: usize = 3;
 
 impl Discrete<'_> {
@@ -99,7 +97,7 @@ fn is_corner([before, after]: [&TableAt<'_>; 2], h: f64) -> bool {
     samples.bend(k) > BENDS && (is_end || far(k.checked_sub(1)) && far(Some(k + 1)))
 }
 
-/// Velocity and acceleration of the motion that arrives by a leg, with the equations at a time beside its end.
+/// Velocity and acceleration with which the motion arrives at the end of a leg. The equations are those at the time `t`, just before it.
 fn arrival(
     declaration: &Declaration<'_>,
     (t, h): (f64, f64),

@@ -177,7 +177,7 @@ impl<'s> Discrete<'s> {
         }
     }
 
-    /// Solves the next step with all means and moves to its position; the clock is left as it is.
+    /// Solves the next step on slices, from every guess and with sides if need be, and moves to its position. The clock is left as it is.
     #[cold]
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
@@ -251,7 +251,7 @@ impl<'s> Discrete<'s> {
         if meets_switch || outlook == Some(Outlook::Switches) {
             self.look_again();
         }
-        // after a release the argument is not yet clear of zero, and the force only seems to jump
+        // just after a release the argument is still near zero, and its force changes fast, but does not jump
         if !foreseen && !meets_switch && (changes || report.stop == Stop::Jump || !self.is_torn_off()) {
             self.look_between(&e, report.stop);
         }
@@ -326,7 +326,7 @@ impl<'s> Discrete<'s> {
         let e = second.hi.clone();
         let next = StepResult { q, d, second: None };
         self.commit(next, &e, report);
-        // as a third difference after second difference zero
+        // the given second difference counts as a third difference that follows a second difference of zero
         self.run_state
             .vectors
             .set_second(&Sum::exact(Vector::zero(e.len())));
@@ -413,7 +413,8 @@ impl<'s> Discrete<'s> {
         }
     }
 
-    /// Replaces the data of a node at which the step had other equations.
+    /// Replaces the data of a node whose step solved other equations than the declared ones with the current values: where inputs change,
+    /// where functions have values between their sides, and at a corner of a table.
     #[cold]
     fn write_others(&self, node: NodeMut<'_>) {
         let NodeMut { vectors, scalars } = node;
@@ -519,15 +520,15 @@ impl<'s> Discrete<'s> {
         Ok(())
     }
 
-    /// Reverses the past of third order: the second difference at the current node is the same on the way
-    /// back, and makes the first step. At the start it is the one that the step back continues.
+    /// Reverses the past of third order. The second difference about the current node is its own reverse, and so gives the first step back.
+    /// At the start, where no step was solved, the given second difference becomes the past of the first step back.
     fn turn_third(&mut self) {
         if self.run_state.has_solved {
             self.run_state.given = Some(self.run_state.vectors.second());
         } else if let Some(first) = self.run_state.given.take() {
             self.go_on(&first);
         }
-        // third differences change their signs; a new predictor begins
+        // third differences change their signs, so past solutions are not extrapolated
         self.run_state.predictor = Predictor::new(self.shape().unknowns);
     }
 

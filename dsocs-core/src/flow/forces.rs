@@ -1,4 +1,4 @@
-//! Constraint forces, constraint by constraint.
+//! Multipliers at a node of a run: the constraint force, constraint by constraint.
 
 use crate::run::Node;
 use crate::system::System;

@@ -51,7 +51,7 @@ pub(super) struct NodeAtChange {
 }
 
 impl Discrete<'_> {
-    /// Sets a parameter from the last known position on.
+    /// Sets a parameter to a value that holds from the last known position on.
     pub(super) fn change(&mut self, place: usize, value: f64) -> Result<(), RunError> {
         let shape = self.shape();
         if shape.is_of_third_order() {

@@ -39,9 +39,9 @@ pub(super) struct StepConditions<'a> {
 }
 
 impl StepConditions<'_> {
-    /// Whether a change of sign of an argument is examined, given its number and its value at the end of the
-    /// step. Not that of an argument that rests, comes to rest or is released, nor of one that keeps its
-    /// side: just after a release an argument is not yet clear of zero.
+    /// Whether the change of sign of an argument in a step is examined, given the argument's number and its value at the end of the step.
+    /// That of an argument that rests, comes to rest or is released is not; nor is that of one that keeps its side, since just after a
+    /// release an argument is near zero.
     fn asks(&self, switch: usize, last: f64) -> bool {
         let Some(before) = self.before.get(switch) else {
             return true;
@@ -53,7 +53,7 @@ impl StepConditions<'_> {
 }
 
 impl ArgumentSigns {
-    /// The state at the start; `None` if there is nothing to watch.
+    /// The signs at the start; `None` if the declaration has no arguments to watch.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         let count = declaration.switches();
         (count > 0 || declaration.has_tables()).then(|| Self {

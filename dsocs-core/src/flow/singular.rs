@@ -42,7 +42,7 @@ impl Discrete<'_> {
         let h = self.run_state.h;
         let unit = if third { h * h * h } else { h * h };
         let near = Vector::of(e).map(|e| e / unit);
-        // the last places but one: in third order the path begins a step earlier
+        // the two places before the last, between which the determinant is compared; in third order the path begins a step earlier
         let [.., before, here, _] = &path[..] else {
             return Ok(());
         };
@@ -53,15 +53,15 @@ impl Discrete<'_> {
             return Ok(());
         }
         let found = singular::on_path(&declaration, &path, &near).or_else(|| {
-            // a step over a singularity may be smooth with an unpredicted acceleration: the motion itself had
-            // that of its past
+            // a step over a singularity may have a smooth path with an unpredicted acceleration: the path with the predicted one is searched,
+            // too
             let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
             singular::on_path(&declaration, &self.path(&expected), &near)
         });
         let rests = found
             .as_ref()
             .map_or(turns, |found| third && self.is_slow_at(e, found.time));
-        // a root that reverses the motion comes before the singularity itself
+        // a singularity that lies ahead reverses the motion: the step has passed it, not a state of rest
         let thrown = if rests && !slows {
             self.next_step().singularity_ahead()
         } else {

@@ -140,7 +140,7 @@ impl Discrete<'_> {
             outlook = self.contact(self.declaration(), contacts).outlook(e, bend);
             if let Some(before) = &self.before {
                 let old = Declaration::of(self.kernel).with(before);
-                // the past does not contain the new values
+                // past steps do not know the new values of the inputs
                 let next = self.new_second_difference();
                 let of_new = |e: Vector| self.contact(self.declaration(), contacts).outlook(&e, &none);
                 if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided
@@ -192,7 +192,7 @@ impl Discrete<'_> {
         contact.keeps(e, &multipliers)
     }
 
-    /// Has arguments evaluated in the next step.
+    /// Requires that arguments are evaluated in the next step.
     pub(super) fn look_again(&mut self) {
         if self.switches.is_some() {
             self.run_state.next_examination = self.run_state.index() + 1;
@@ -368,7 +368,7 @@ impl Discrete<'_> {
             let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
             let is_declared =
                 !solution.rests() && contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
-            // a row at a node has its root at the jump itself
+            // rows of positions and velocities have a root at the jump itself; only kinematic rows may jump over zero
             let is_root = is_declared || self.shape().kinematic == 0;
             if self.passes_fork(contacts, &solution) {
                 return Some(Err(self.forked()));
@@ -479,7 +479,7 @@ impl Discrete<'_> {
         Some(report)
     }
 
-    /// Moves on with a second difference that was solved with sides.
+    /// Moves to the next position with a second difference that was solved with sides.
     fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport) -> Option<()> {
         let mut d = self.run_state.vectors.d();
         d.add(e);

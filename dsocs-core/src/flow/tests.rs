@@ -97,8 +97,8 @@ fn forward_and_back_returns() {
         for _ in 1..99_999 {
             flow.advance().unwrap();
         }
-        // Each second difference is right to an ulp ε of itself. That makes the length of the chords wander by
-        // ε κh √n in n steps, and so the phase by ε (κh)² n^1.5: 4e-11 and 4e-13 here.
+        // Each second difference is accurate to a unit of rounding ε of itself. So the length of the chords performs a random walk, ε κh √n
+        // after n steps, and the phase is off by ε (κh)² n^1.5: 4e-11 and 4e-13 here.
         let tolerance = 1e-8 * h * h;
         println!("h = {h}: {:e}", distance(*flow.position(), q1));
         assert!(distance(*flow.position(), q1) < tolerance);
