@@ -12,13 +12,13 @@ use crate::tape::declaration::Declaration;
 /// A pivot below this part of the largest entry is zero.
 const PIVOT: f64 = 1e-12;
 
-/// Largest number of iterations for the triple without a force.
+/// Largest number of iterations for the second difference at which the constraint force vanishes.
 const ITERATIONS: u32 = 40;
 
-/// An update of this part of the second difference is the last.
+/// An update below this part of the second difference is the last.
 const LAST: f64 = 1e-14;
 
-/// Relative accuracy to which the fields have to predict a work at another triple.
+/// Relative accuracy with which the fields have to reproduce the works at another triple.
 const FORETOLD: f64 = 1e-8;
 
 /// A basis of the admissible variations `δq1 ∈ D_V` at a triple, on which the discrete action `S_d = Σ L_d` is stationary (paper,

@@ -6,8 +6,7 @@ use crate::solve::rotation;
 
 /// The Taylor polynomial of the continuous motion about a time.
 ///
-/// Nodes of the motion are computed with all digits of their differences, as sums of terms and not as
-/// differences of rounded positions.
+/// The nodes of a triple are computed as sums of terms and not as differences of rounded positions, so their differences have all digits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expansion {
     /// The time of the centre, in s.

@@ -143,8 +143,7 @@ impl DiscreteFlow<'_> {
         let (n, count) = (leg.d.len(), z.len());
         let (all, bound) = (count + n, declaration.lower());
         let (units, h) = (units(last), Tangent::splat(self.h));
-        // the rounding error of a constraint on positions is removed over many steps, so all three nodes have
-        // it
+        // the step removes the rounding error of a constraint on positions over many steps, so it is the same at all three nodes
         let mut left = declaration.pair(self.h, leg);
         left.truncate(declaration.holonomic());
         let mut matrix = Matrix::zeros(all + bound, all);

@@ -1,4 +1,4 @@
-//! Steps of a system without a past, and linear equations in slices.
+//! The solution of a single step from its first two nodes alone, and of linear equations.
 
 use crate::error::SetupError;
 use crate::flow::discrete::{check, constants_of, values_of};

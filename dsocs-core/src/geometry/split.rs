@@ -1,4 +1,4 @@
-//! Constraint forces, constraint by constraint.
+//! Multipliers: the parts of the constraint force that belong to the single constraints.
 
 use super::map::Triple;
 use crate::kernel::Kernel;

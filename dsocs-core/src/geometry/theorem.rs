@@ -74,7 +74,8 @@ impl FlowTheorem {
     }
 }
 
-/// Whether the rows' factors are nonzero: nearly constant at a nearby point, relative to the legs.
+/// Whether no factor of a row vanishes. A factor that vanishes differs at a nearby point by as much as its own size. The distance of that
+/// point is relative to the legs.
 fn is_declared(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> bool {
     let lengths = lengths(declaration, h, leg, e);
     let near: Vec<f64> = e
