@@ -123,13 +123,13 @@ pub fn report<S: Compiled<N>, const N: usize>(system: &S, run_state: &RunState, 
         run_state.vectors.solved(run_state.solved_at),
         node.vectors.as_chunks_mut().0,
     ) {
-        // in third order, as before the step
+        // in third order the known values are those before the step, with the second difference that it continued
         let mut constants = *constants;
         S::remember::<f64>(&mut constants, before);
         let constants = &constants;
         let known = system.known(constants, &leg);
         let Report { point, force, energy } = system.report(constants, &known, &leg, e);
-        // the node is the one between the legs, whatever the maps are
+        // the reported position is the middle node `q1`, whatever the declared maps are
         (*q, *v, *a, *q_force) = (leg.q, point.v, point.a, force);
         node.scalars.energy = energy;
     }

@@ -9,8 +9,8 @@ pub enum Halt {
     NotSmooth(HaltReason),
 }
 
-/// Why a step is not made by the smooth code of the declared type: its equations are solved on slices, and
-/// then smooth steps go on.
+/// The reason why the smooth code of the declared type does not make a step. Its equations are then solved on slices, and smooth steps go on
+/// after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HaltReason {
     /// There is no past for a prediction, or the second difference is given.

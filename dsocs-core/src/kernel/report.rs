@@ -37,8 +37,8 @@ pub enum Guess {
     Homotopy,
 }
 
-/// A place for a node's data: [`Run::write_node`](crate::Run::write_node) writes all of it,
-/// [`Kernel::report`](crate::Kernel::report) the part that a step knows.
+/// Memory for the data of a node. [`Run::write_node`](crate::Run::write_node) writes all of it, [`Kernel::report`](crate::Kernel::report) the
+/// data that follow from a step.
 #[derive(Debug)]
 pub struct NodeMut<'a> {
     /// Position, velocity, acceleration and generalized constraint force, one after the other: four numbers for each coordinate.

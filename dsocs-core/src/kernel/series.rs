@@ -211,7 +211,7 @@ impl Code {
     }
 }
 
-/// A term of a sum: the factor, and the sequence.
+/// A term of a linear combination: the factor, and the sequence.
 pub(crate) type Term = [Place; 2];
 
 /// An operation.
@@ -308,7 +308,7 @@ impl Series {
         op.is_none_or(|op| op.code != Code::Constant)
     }
 
-    /// The number of names that are those of calls.
+    /// The number of calls of functions: each has a name behind those of the declared switches.
     pub(crate) fn functions(&self) -> usize {
         self.names.len() - self.switches
     }
@@ -528,7 +528,7 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
     })
 }
 
-/// Five whole numbers.
+/// Reads five whole numbers.
 fn five(reader: &mut Reader<'_>) -> Option<[usize; 5]> {
     let mut numbers = [0; 5];
     for number in &mut numbers {
