@@ -9,7 +9,7 @@ use crate::tape::{Leaf, Part, Segment};
 /// A component of a direction below this is rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// A vector counts as longer only if it is longer by this factor; of equally long ones the first is taken.
+/// A vector counts as longer than another only if it is longer by this factor; of vectors of equal length the first is taken.
 const LONGER: f64 = 1.0 + 1e-9;
 
 /// The constraint rows on position and velocity at a point, with their derivatives: `g(t, q)`, `c(t, q, v)`,

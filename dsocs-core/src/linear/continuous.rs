@@ -14,7 +14,7 @@ use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
-/// An acceleration below this many times its rounding is zero.
+/// A component of the acceleration below this many times its rounding error is zero.
 pub(super) const ROUNDINGS: f64 = 4.0;
 
 /// The variational equation at a point of a motion: the changes of acceleration and multipliers with the

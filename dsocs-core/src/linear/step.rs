@@ -25,7 +25,7 @@ const MAX_ITERATIONS: u32 = 30;
 /// An update below this part of leg and position is the last.
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
-/// An update that is no smaller than the one before is accepted below this part.
+/// An update below this is the last if it is no smaller than the one before.
 const GOOD: f64 = 1e-11;
 
 /// A solved step, with the derivatives of its equations and its node.
@@ -419,7 +419,7 @@ fn solved_at(
             size = size.max(leg.d[place].abs()).max(leg.q[place].abs());
         }
         if step <= SETTLED * size || (step >= last && step <= GOOD * size) {
-            // the step of the iteration before is as accurate
+            // the step solved before this update is as accurate
             return Ok(solved);
         }
         near = solved.e;

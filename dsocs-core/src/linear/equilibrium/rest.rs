@@ -191,9 +191,8 @@ impl RestEquations<'_> {
         )
     }
 
-    /// The sides of the functions that jump with the velocity, at rest at a position: the sign of each argument,
-    /// and zero, between the two sides, only where the argument itself is zero. A function that jumps at another
-    /// velocity has the value of the side on which rest is.
+    /// The sides of the functions that jump with the velocity, at rest at a position: the sign of each argument, or zero (between the two
+    /// sides) where the argument is zero. A function that jumps at another velocity has the value of the side on which rest lies.
     pub(super) fn sides(&self, declaration: &Declaration<'_>, q: &[f64]) -> Vec<f64> {
         if declaration.sides() == 0 {
             return Vec::new();
@@ -315,7 +314,7 @@ impl RestEquations<'_> {
             };
             (x, rows) = (next, rows_there);
         }
-        // a multiple root, at which each update is a fixed part of the one before
+        // at a multiple root each update is a fixed part of the one before, and the iteration does not settle.
         let update = self.update(&rows, &x);
         if self.is_small(&update, &x) && rows.are_small(largest(&x)) {
             return Ok(RestSolution { x, rows });
@@ -472,7 +471,7 @@ impl RestEquations<'_> {
         dot(&apart, direction) >= 0.5 * FAR * size
     }
 
-    /// A direction with zeros for the held coordinates.
+    /// A direction of all coordinates and free parameters, with zeros for the held coordinates.
     fn whole(&self, own: &[f64]) -> Vec<f64> {
         let (coordinates, parameters) = own.split_at(self.unknowns.coordinates.len());
         let mut whole = vec![0.0; self.guess.len()];

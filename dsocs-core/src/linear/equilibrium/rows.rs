@@ -22,8 +22,8 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Whether all rows are so small that a small change of the unknowns makes them zero, and rows with zero
-    /// derivatives vanish.
+    /// Whether all rows are so small that a small change of the unknowns makes them zero. Rows with zero derivatives have to vanish to
+    /// rounding.
     pub(super) fn are_small(&self, unknowns: f64) -> bool {
         let mut each = self.values.iter().zip(&self.terms).enumerate();
         each.all(|(i, (value, terms))| {
