@@ -1,8 +1,7 @@
 //! Code that is compiled for the instructions of the machine at hand.
 //!
-//! A program is compiled for every machine of its kind, so without fused products and wide registers. Code
-//! that gains by them is compiled a second time with them, and the machine is asked when the program runs.
-//! The results of both differ by rounding.
+//! A program is compiled for every machine of its kind, so without fused products and wide registers. Code that gains by them is compiled a
+//! second time with them; which of the two runs is decided at run time. The results of both differ by rounding.
 
 /// Work that is compiled for more than one machine. All functions that it calls have to be inlined.
 pub(crate) trait Work {

@@ -1,7 +1,7 @@
 //! Four numbers side by side.
 //!
-//! The compiler vectorises four sums by itself, but not where each of them is used by itself later. Where that costs
-//! more than all the rest, the registers are named here.
+//! The compiler vectorises four sums by itself, unless each of them is needed by itself afterwards. Where this takes most of the time, the
+//! registers are named here.
 
 #![allow(clippy::inline_always)] // parts of recurrences, which are compiled for the machine's own instructions
 
@@ -37,7 +37,7 @@ pub trait OnFours<T> {
     fn run<F: Fours<T>>(self, fours: F) -> Self::Output;
 }
 
-/// Arithmetic on one number after the other; the function adds a product to a sum.
+/// Arithmetic on one number after the other, by a function `(sum, a, b) ↦ sum + a b`.
 #[derive(Clone, Copy)]
 pub(crate) struct OneByOne<A>(pub A);
 

@@ -111,7 +111,7 @@ impl Chosen for wide::f64x8 {
         thread_local! {
             static ROOM: Cell<Vec<Lanes>> = const { Cell::new(Vec::new()) };
         }
-        // rows may call a user's function that runs another system: that elimination finds an empty workspace
+        // a user's function in the rows may run another system, whose elimination then takes an empty workspace of its own
         let mut room = ROOM.take();
         if room.len() < length {
             room.resize(length, Lanes::splat(0.0));

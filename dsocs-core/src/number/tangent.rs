@@ -97,7 +97,7 @@ pub trait Nested: Part + Send + Sync {
     fn gathered<const P: usize>(function: impl FnMut(usize) -> [f64; P]) -> [Dual<Self>; P];
 }
 
-/// The shift for a place, in units of the derivative.
+/// The shift of the argument in a lane, in units of the derivative.
 fn shift<D: Nested>(place: usize) -> f64 {
     let far = place.div_ceil(2) as f64 * D::SHIFT;
     if place % 2 == 1 { far } else { -far }

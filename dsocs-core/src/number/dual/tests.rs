@@ -46,7 +46,7 @@ fn angles_of_any_size() {
 fn powers_of_variable_exponents() {
     let [value, slope] = parts(variable(2.0).powd(variable(3.0)));
     assert!((value - 8.0).abs() < 1e-15 && (slope - (12.0 + 8.0 * 2.0_f64.ln())).abs() < 1e-14);
-    // a constant exponent is a number: negative bases are allowed, and 0 is no trap
+    // a constant exponent is a plain number, so the base may be negative or zero
     assert_eq!(parts(variable(-2.0).powd(constant(3.0))), [-8.0, 12.0]);
     assert_eq!(parts(variable(0.0).powd(constant(2.0))), [0.0, 0.0]);
     // 0ᵖ is 0 for every p > 0

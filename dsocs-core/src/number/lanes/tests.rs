@@ -64,7 +64,7 @@ fn distance(x: f64, exact: f64) -> f64 {
         return 0.0;
     }
     if !x.is_finite() || !exact.is_finite() || x == exact {
-        // also for zeros of different signs
+        // zeros of different signs are not the same
         return f64::INFINITY;
     }
     (x - exact).abs() / (exact.abs().next_up() - exact.abs())

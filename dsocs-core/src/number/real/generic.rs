@@ -1,7 +1,7 @@
 //! Calls of the user's functions in generated code, and the error message for one that is not generic over
 //! its number.
 
-// a call through these is the call itself
+// these wrappers cost nothing once they are inlined
 #![allow(clippy::inline_always)]
 
 use super::Real;
