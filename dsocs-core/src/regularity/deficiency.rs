@@ -130,7 +130,7 @@ fn named(rows: &[DependentRow]) -> String {
 }
 
 impl Deficiency {
-    /// The deficiency, compared with that of a place beside: if there is none, it exists at the guess alone.
+    /// Marks a deficiency that exists at the guess alone: `other`, the deficiency at a nearby point, is `None`.
     fn beside(self, other: impl FnOnce() -> Option<Self>) -> Self {
         Self {
             at_guess_alone: other().is_none(),
@@ -282,7 +282,7 @@ fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) 
     Some(found.beside(|| examine(declaration, &columns(other), other, zero)))
 }
 
-/// A point beside another, in a direction along no axis and no usual diagonal.
+/// A point near `x`, displaced by about a tenth of `size` in a direction along no axis and no simple diagonal.
 pub(crate) fn beside(x: &[f64], size: f64) -> Vec<f64> {
     const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
     let moved = x.iter().zip(ASIDE.iter().cycle());

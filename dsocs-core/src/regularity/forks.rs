@@ -1,12 +1,11 @@
 //! States from which the motion may go on in more than one way, where a function jumps with the velocity.
 //!
-//! An argument that is zero may stay there, by a side in `[-1, 1]` that holds it, or it may leave to a side,
-//! if the side's bound drives it further that way. Dry friction with a given normal force has exactly one
-//! such continuation: what holds excludes what leads away. A force along the velocity has three, since it
-//! leads away on both sides. If the normal force grows with the friction itself, a bound may lead away
-//! although something holds, as with a rod that jams (P. Painlevé, *Comptes Rendus* 121, 1895; F. Génot, B.
-//! Brogliato, *Eur. J. Mech. A* 18, 1999); so may a force that is no monotone function of its side. All
-//! of these solve the inclusion of [`crate::regularity::sides`], and nothing in it prefers one.
+//! An argument that is zero may stay there, if a side in `[-1, 1]` holds it; or it may leave to a side, if the bound of that side drives it
+//! further that way. Dry friction with a given normal force has exactly one such continuation: if a side holds the argument, neither bound
+//! drives it away. A force along the velocity has three, since it drives the argument away on both sides. If the normal force grows with the
+//! friction itself, a bound may drive the argument away although a side holds it, as with a rod that jams (P. Painlevé, *Comptes Rendus* 121,
+//! 1895; F. Génot, B. Brogliato, *Eur. J. Mech. A* 18, 1999); so may a force that is no monotone function of its side. All of these solve the
+//! inclusion of [`crate::regularity::sides`], and nothing in it prefers one.
 
 use super::resting::{AtPoint, FAINT};
 use crate::number::larger;
@@ -57,7 +56,7 @@ impl AtPoint<'_> {
         let velocities = self.sizes();
         let mut leaves: Vec<(usize, Continuation)> = Vec::new();
         for g in (0..zero.len()).filter(|&g| zero[g]) {
-            // arguments that leave together are looked at once
+            // arguments that are multiples of each other leave together: one of them is examined
             if (0..g).any(|k| zero[k] && self.ratio(g, k) != 0.0) {
                 continue;
             }
@@ -74,13 +73,13 @@ impl AtPoint<'_> {
                 }
             }
         }
-        // what leaves is one motion up to here; another one may stay
+        // all motions that leave are one motion so far; one that stays is a second one
         leaves
             .first()
             .is_some_and(|&(g, _)| self.holds(g, zero, multipliers))
     }
 
-    /// Whether a side of an argument holds it; the others follow.
+    /// Whether some side of an argument keeps it at zero, while the other arguments are solved for.
     fn holds(&self, g: usize, zero: &[bool], multipliers: usize) -> bool {
         let rate = |side: f64| {
             self.with_side((g, side), zero, multipliers)
@@ -126,7 +125,7 @@ impl AtPoint<'_> {
         };
         let linearize = |x: &[f64], sides: &[f64]| {
             let mut at = self.linearize(x, &with_given(sides), &free);
-            // a known side counts as if it were at its bound, and its argument stayed there
+            // a known side counts as one at its bound: the argument 1 keeps it there
             for (argument, given) in at.arguments.iter_mut().zip(&given) {
                 if given.is_some() {
                     *argument = 1.0;

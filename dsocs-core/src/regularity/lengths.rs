@@ -10,8 +10,8 @@ use crate::tape::declaration::Declaration;
 /// A coordinate with legs shorter than this part of the longest is at rest.
 const STILL: f64 = 1e-3;
 
-/// Legs shorter than this part of the displacement `h² f/m` by single force terms are rounding of forces that
-/// balance, or hardly more: they are no measure of the equations.
+/// Legs shorter than this part of the displacement `h² f/m` by a single force term are rounding errors of balanced forces, or hardly longer:
+/// they are no measure of the equations.
 const BALANCED: f64 = 1e6 * f64::EPSILON;
 
 /// Masses at three nodes are the same if they differ by less than this part.

@@ -159,8 +159,8 @@ impl Sided {
 /// Sides drive their arguments back to zero, `B_gg ≥ 0`; backward in time, with `direction` -1, away from it.
 /// Where they do the opposite, as with a force along the velocity, the motion does not stay at rest.
 ///
-/// If no solution is found from a guess with arguments at zero, all of them are tried at either bound: what is
-/// driven to one side from all values of its side leaves there.
+/// If no solution is found from a guess with arguments at zero, all of them are tried at either bound: an argument that all values of its
+/// side drive the same way leaves zero that way.
 #[cold]
 pub(crate) fn solve(
     linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
@@ -209,8 +209,8 @@ fn solve_from(
     None
 }
 
-/// Whether the rows vanish with the sides of the last update, if these have changed from the sides before: with
-/// a body at rest the unknowns do not tell, and the rows need not be linear in the sides.
+/// Whether the rows vanish with the sides of the last update, if these have changed. With a body at rest an error of the sides does not show
+/// in the unknowns, and the rows need not be linear in the sides.
 fn is_solved(linearize: &dyn Fn(&[f64], &[f64]) -> Linear, now: &mut Sided, before: &[f64]) -> bool {
     let mut sides = now.sides.iter().zip(before);
     if sides.all(|(side, before)| (side - before).abs() <= ROUNDING) {

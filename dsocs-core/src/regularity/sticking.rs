@@ -318,7 +318,7 @@ impl<'a> Contact<'a> {
                 1.0
             };
             let first = (0..count).filter_map(arrives).fold(until, f64::min);
-            // not slightly before it
+            // exactly at the middle node, not before it by rounding
             let place = if first >= until && until < 1.0 {
                 MIDDLE
             } else {
