@@ -12,7 +12,7 @@ use crate::series::orders::MAX_ORDER;
 use crate::series::roots::{self, Crossing};
 use crate::tape::declaration::Declaration;
 
-/// A change of sign closer than this to the start of a part, relative to the part, may be the last one again.
+/// A change of sign closer than this to the start of a part, relative to the part's length, may be the last one of the part before.
 const JOINT: f64 = 1e-9;
 
 /// A function of position, velocity and acceleration.

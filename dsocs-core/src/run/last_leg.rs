@@ -167,7 +167,7 @@ mod tests {
                 (0.58, false),
             ]));
             let ended = run.watch(2.0, &mut events, &mut Times(&mut times)).unwrap();
-            // events simultaneous with the terminal one come before it
+            // events at the time of the terminal one come before it
             assert_eq!(ended.map(|end| end.event), Some(1));
             assert_eq!(times.len(), 3, "{times:?}");
             let others = places(&[(0.52, false), (0.57, true), (0.58, false), (0.7, false)]);

@@ -34,7 +34,7 @@ impl Clock {
                 Err(behind())
             };
         }
-        // nodes that have been handed out cannot be taken back
+        // nodes that have been handed out cannot be undone
         match self.last_index(t) {
             Some(last) if last >= self.index() => Ok(End {
                 index: Some(last),

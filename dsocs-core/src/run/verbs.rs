@@ -64,7 +64,7 @@ impl dyn Run + '_ {
         Ok(())
     }
 
-    /// As `walk` up to a finite time: [`crate::Stepper::until`], [`crate::Inputs::drive`].
+    /// Runs like `walk`, to a finite time: for [`crate::Stepper::until`] and [`crate::Inputs::drive`].
     ///
     /// # Errors
     ///
@@ -142,8 +142,8 @@ impl dyn Run + '_ {
         })
     }
 
-    /// `sample` in which the observer receives several times together, and for each of them
-    /// position, velocity and acceleration, one after the other.
+    /// `sample` with an observer that receives several times together, and for each of them position, velocity and acceleration, one after
+    /// the other.
     pub(crate) fn sample_together(
         &mut self,
         times: &[f64],
