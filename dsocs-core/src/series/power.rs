@@ -9,9 +9,8 @@ use super::switch::{Reach, shorter, tail};
 /// the end of a step does not count: a rejected step is tried again, and then ends elsewhere.
 const RISES: f64 = 4.0;
 
-/// Such a step ends on the flank, where the power is smaller than at its largest by this factor (binary
-/// logarithm): a force that is the derivative of the power vanishes at the top itself, and a step to there
-/// would meet nothing.
+/// Such a step ends on the flank, where the power is smaller than at its largest by this factor (binary logarithm). At the top itself the
+/// derivative of the power vanishes, and a step that ends there would not show a force that is this derivative.
 const FLANK: f64 = 2.0;
 
 /// Part of the way to the zero of a divisor that a step goes, and how many steps in a row do so.

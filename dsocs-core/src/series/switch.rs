@@ -226,7 +226,7 @@ impl Switch {
         self.coefficients[0].abs()
     }
 
-    /// The time between now and the zero of the first two terms, before or after.
+    /// The time between the point of expansion and the zero of the argument by its first two terms, on either side of it.
     pub(crate) fn takes(&self) -> f64 {
         let [value, rate, ..] = self.coefficients;
         if self.may_turn() && rate != 0.0 {

@@ -89,7 +89,7 @@ impl Call {
         } else {
             self.pieces.during(function)
         };
-        // a function that takes other operations each time has no series
+        // a function whose operations differ from order to order has no series
         let is_same = memory::places() == self.places;
         self.leave(k, outer);
         if is_same { result.now } else { f64::NAN }
