@@ -29,7 +29,7 @@ impl AnyEvents<'_> {
         let before = self.sides[place];
         if !begins.stays && !arrives.stays {
             let joins = polynomial.search.joins && declaration.sides() > 0 && arrives.is_zero;
-            // whether it comes to rest there, or passes, the next polynomial shows
+            // the next polynomial shows whether the function stays zero or passes
             if joins
                 && let Some((s, rising)) = self
                     .found
