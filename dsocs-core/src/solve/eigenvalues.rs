@@ -333,7 +333,7 @@ mod tests {
         };
         for n in [1, 2, 3, 5, 8, 13, 20] {
             for units in [1.0, 1e6] {
-                // units of one half of the rows and columns are other ones, which changes no eigenvalue
+                // every other row and column in another unit: the eigenvalues stay the same
                 let unit = |i: usize| if i.is_multiple_of(2) { 1.0 } else { units };
                 let rows: Vec<Vec<f64>> = (0..n)
                     .map(|i| (0..n).map(|j| number() * unit(i) / unit(j)).collect())

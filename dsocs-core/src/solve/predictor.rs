@@ -169,7 +169,7 @@ impl Determinants {
         part < FALLEN
     }
 
-    /// Has the determinant of the next step examined, whatever it is.
+    /// Requires that the determinant of the next step is examined, whatever it is.
     pub fn look_again(&mut self) {
         self.inverse = f64::MIN_POSITIVE.copysign(self.inverse);
     }

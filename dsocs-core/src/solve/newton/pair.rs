@@ -1,9 +1,8 @@
 //! Pairs of roots that lie close together: detection, and the second root.
 //!
-//! Two simple roots side by side lie on two sides of a fold, where the Jacobian is singular and beyond which
-//! it has the opposite orientation. The change of the Jacobian on the way from the guess to the root tells
-//! the distance of the fold. The other root is as far again behind it (exactly, if the rows are of second
-//! degree). This place is then searched.
+//! Two simple roots side by side lie on two sides of a fold, where the Jacobian is singular and beyond which it has the opposite orientation.
+//! The change of the Jacobian on the way from the guess to the root gives the distance of the fold. The other root lies as far beyond it
+//! (exactly, if the rows are of second degree). A root is searched there.
 //!
 //! The other root is found by deflation: the rows divided by the distance from the known root have only the
 //! other root (K. M. Brown, W. B. Gearhart, *Deflation techniques for the calculation of further solutions of
