@@ -1,9 +1,9 @@
-//! Machine code for straight-line programs over doubles, made while a program runs.
+//! Compilation of straight-line programs over doubles to machine code, at run time.
 //!
-//! It stands behind the feature `jit` of `dsocs-core`, which hands it the programs of a step. A program reads numbers at places of a slice, does one
-//! [`Operation`] after another, and writes some of their results to other places. Each operation is the one of IEEE 754 or a function that the caller gives,
-//! and none is fused with another: so the results are those of whoever does the same
-//! operations one by one. (Which NaN a result is, is not said.)
+//! The crate is behind the feature `jit` of `dsocs-core`, which passes it the programs of a step. A program reads numbers at places of a
+//! slice, performs one [`Operation`] after another, and writes some of their results to other places. Each operation is that of IEEE 754, or
+//! a function that the caller gives, and none is fused with another. So the results have the bits of the same operations in Rust, one by one.
+//! (A NaN may have other bits.)
 //!
 //! ```
 //! use dsocs_jit::{Compiler, NoCalls, Operand, Operation, Program};
@@ -28,14 +28,16 @@
 //!
 //! Memory for code is freed with the last [`Code`] of a [`Compiler`].
 //!
-//! Code is made on x86-64. ARM64 would need a flush of the instruction cache, and a machine to test it on: there, and everywhere else, a [`Compiler`] says that there is none.
+//! Machine code is made on x86-64 only. On ARM64 the instruction cache would have to be flushed, which could not be tested. On other machines
+//! [`Compiler::new`] returns [`JitError::Machine`].
 //!
 //! # Why Cranelift
 //!
-//! It compiles exactly the operations that it is told, and neither fuses nor reorders them. The crate symjit (2.28), a smaller JIT for such expressions, has powers of its own
-//! (its `x⁶` is the square of `x³`, where [`f64::powi`] multiplies `x²` and `x⁴`): the bits of the compiled step would be lost. The module of `cranelift-jit`
-//! is not used: it takes a page for each function, and does not free them on Windows. What is made here refers to nothing outside, so it is copied into memory that
-//! `memmap2` gives, makes executable and frees.
+//! Cranelift compiles exactly the given operations, and neither fuses nor reorders them. The crate symjit (2.28), a smaller JIT for such
+//! expressions, computes powers in its own way (`x⁶` is the square of `x³`, where [`f64::powi`] multiplies `x²` and `x⁴`), so the bits of the
+//! compiled step would be lost. The module of `cranelift-jit` is not used: it takes a page for each function, and does not free pages on
+//! Windows. The code made here refers to no address outside that would have to be linked, so it is copied into memory from `memmap2`, which
+//! makes it executable and frees it.
 
 #[cfg(target_arch = "x86_64")]
 mod machine;
@@ -50,31 +52,31 @@ use thiserror::Error;
 
 pub use machine::{Code, Compiler};
 
-/// How many operations a function of machine code has at most. The time that a function takes to compile grows faster than its length: the programs of a chain of 32
-/// links take 77 to 94 ms in pieces of 500 or of 1000, 113 to 132 in pieces of 2000, and 185 to 260 in one.
+/// The largest number of operations in a function of machine code. The time to compile a function grows faster than its length: the programs
+/// of a chain of 32 links take 77 to 94 ms in pieces of 500 or 1000 operations, 113 to 132 ms in pieces of 2000, and 185 to 260 ms in one.
 pub const PIECE: usize = 500;
 
-/// What an operation reads.
+/// An operand of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operand {
-    /// The number at a place, as it was when the program began.
+    /// The number at a place, before the program writes to any place.
     Place(u32),
-    /// The result of an operation before, by its number among all.
+    /// The result of an earlier operation, by its number among all operations.
     Result(u32),
 }
 
-/// What is computed.
+/// An operation.
 #[derive(Clone, Copy, Debug)]
 pub enum Operation {
     /// `-a`.
     Neg(Operand),
     /// `1 / a`.
     Recip(Operand),
-    /// As [`f64::sqrt`].
+    /// The square root, as [`f64::sqrt`].
     Sqrt(Operand),
-    /// As [`f64::abs`].
+    /// The absolute value, as [`f64::abs`].
     Abs(Operand),
-    /// As [`f64::signum`].
+    /// The sign, as [`f64::signum`].
     Signum(Operand),
     /// `a` to a whole power: the products of [`f64::powi`], in its order.
     Powi(Operand, i32),
@@ -94,14 +96,14 @@ pub enum Operation {
     Function(extern "C" fn(f64) -> f64, Operand),
     /// A function of two numbers.
     Function2(extern "C" fn(f64, f64) -> f64, Operand, Operand),
-    /// What [`Calls`] answers, at an argument.
+    /// A value of [`Calls`], by its number, at an argument.
     Call(u32, Operand),
-    /// The same without arguments.
+    /// A value of [`Calls`], by its number, without an argument.
     Datum(u32),
 }
 
 impl Operation {
-    /// The same operation of other operands: what each becomes is asked one by one, in the order in which they stand.
+    /// The operation with other operands: `of` maps each operand, in their order.
     fn map(self, mut of: impl FnMut(Operand) -> Operand) -> Self {
         match self {
             Self::Neg(a) => Self::Neg(of(a)),
@@ -123,7 +125,7 @@ impl Operation {
         }
     }
 
-    /// Tells what it reads.
+    /// Calls `tell` with each operand, in their order.
     fn each(self, mut tell: impl FnMut(Operand)) {
         self.map(|operand| {
             tell(operand);
@@ -136,23 +138,25 @@ impl Operation {
 #[derive(Clone, Debug)]
 #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))] // nothing is made of it there
 pub struct Program {
-    /// The operations that are needed, each after those that it reads.
+    /// The operations that the results need, each after those that it reads.
     operations: Vec<Operation>,
-    /// What is written, and to which place.
+    /// The results: an operand, and the place to which its value is written.
     results: Vec<(Operand, u32)>,
-    /// How many numbers it is run on: all places are below.
+    /// The number of places that the program needs: all its places are below.
     length: usize,
 }
 
 impl Program {
-    /// A program of some operations, each of which stands after those that it reads. `results` says what is written, and to which place; places that are
-    /// written are read by none of the operations.
+    /// A program of operations, each after those that it reads. `results` are operands, each with the place to which its value is written. No
+    /// operation may read such a place.
     ///
-    /// The operations are put in another order, as late as they are read: few numbers wait at a time then. What nobody reads is left out.
+    /// Operations are reordered so that each comes shortly before its result is read: then few intermediate results are alive at a time.
+    /// Operations whose results are not needed are left out.
     ///
     /// # Errors
     ///
-    /// [`JitError::Program`] if an operation reads one that does not stand before it, or a place that is written.
+    /// [`JitError::Program`] if an operation reads one that does not come before it, or a place that is written, or if a place is written
+    /// twice.
     pub fn new(operations: &[Operation], results: &[(Operand, u32)]) -> Result<Self, JitError> {
         let written: HashSet<u32> = results.iter().map(|&(_, to)| to).collect();
         let mut length = results.iter().map(|&(_, to)| to as usize + 1).max().unwrap_or(0);
@@ -176,7 +180,7 @@ impl Program {
         Ok(Self::in_order(operations, results, length))
     }
 
-    /// The program of operations that are sound.
+    /// The program of operations that have been checked.
     fn in_order(operations: &[Operation], results: &[(Operand, u32)], length: usize) -> Self {
         // the number of each operation in the new order
         let mut numbers: Vec<Option<u32>> = vec![None; operations.len()];
@@ -202,11 +206,11 @@ impl Program {
                 });
                 if open.len() == waiting {
                     open.pop();
-                    // there are no more of them than before
+                    // the new order has at most as many operations, so the number fits
                     numbers[of as usize] = u32::try_from(ordered.len()).ok();
                     ordered.push(operation.map(|operand| renamed(operand, &numbers)));
                 } else {
-                    // the first operand comes first
+                    // the stack is taken from its end: the first operand comes first
                     open[waiting..].reverse();
                 }
             }
@@ -221,13 +225,13 @@ impl Program {
     }
 }
 
-/// What a program calls while it runs ([`Operation::Call`], [`Operation::Datum`]).
+/// The values that a program calls while it runs ([`Operation::Call`], [`Operation::Datum`]).
 pub trait Calls {
-    /// The value of a call, at its argument if it has one.
+    /// The value of call number `which`, at its argument if it has one.
     fn call(&self, which: u32, argument: Option<f64>) -> f64;
 }
 
-/// Nothing to call: every answer is NaN.
+/// No calls: every value is NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct NoCalls;
 
@@ -237,27 +241,27 @@ impl Calls for NoCalls {
     }
 }
 
-/// Why there is no machine code.
+/// The reason why there is no machine code.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum JitError {
     /// Machine code is not made for this processor or operating system.
     #[error("no machine code is made for this machine: {0}")]
     Machine(String),
-    /// A program reads what does not exist, or writes where it reads.
+    /// The program reads an operation or a place that it must not read, or writes a place twice.
     #[error("the program reads what does not exist, or writes where it reads")]
     Program,
-    /// The compiler failed, or the system gave no memory in which code may run.
+    /// The compiler failed, or the operating system gave no executable memory.
     #[error("no machine code could be made: {0}")]
     Compiler(String),
 }
 
-/// Numbers that are fewer than a program is run on.
+/// A slice with fewer numbers than the program has places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("the program is run on {expected} numbers, and these are {found}")]
 pub struct TooShort {
-    /// How many there are.
+    /// The length of the slice.
     pub found: usize,
-    /// How many the program reads and writes.
+    /// The number of places of the program.
     pub expected: usize,
 }

@@ -1,4 +1,4 @@
-//! Programs to machine code, by Cranelift.
+//! Compilation of programs to machine code by Cranelift.
 
 mod code;
 mod writer;
@@ -18,10 +18,10 @@ pub use code::Code;
 use code::executable;
 use writer::{Cut, Writer};
 
-/// Where functions begin: at multiples of this.
+/// Functions begin at multiples of this number of bytes.
 const ALIGNMENT: usize = 64;
 
-/// What makes machine code.
+/// A compiler from programs to machine code.
 pub struct Compiler {
     isa: OwnedTargetIsa,
     context: Context,
@@ -41,7 +41,7 @@ impl Compiler {
     ///
     /// # Errors
     ///
-    /// [`JitError::Machine`] where there is none.
+    /// [`JitError::Machine`] if Cranelift does not support this machine.
     pub fn new() -> Result<Self, JitError> {
         let machine = |error: &dyn fmt::Display| JitError::Machine(error.to_string());
         let mut flags = settings::builder();
@@ -78,7 +78,8 @@ impl Compiler {
         Ok(code.collect())
     }
 
-    /// The functions of a program: where the pieces begin, how many values go from piece to piece, and how many numbers it is run on.
+    /// Compiles the functions of a program. Returns the offsets of its pieces in the code, the number of values that one piece stores for
+    /// another, and the number of places.
     fn functions(&mut self, program: &Program) -> Result<(Vec<usize>, usize, usize), JitError> {
         let cut = Cut::new(program);
         let count = program.operations.len().div_ceil(PIECE).max(1);
@@ -87,7 +88,7 @@ impl Compiler {
         Ok((pieces, cut.count, program.length))
     }
 
-    /// One piece of a program: where it begins.
+    /// Compiles one piece of a program, and returns its offset in the code.
     fn piece(&mut self, program: &Program, cut: &Cut, piece: usize) -> Result<usize, JitError> {
         let pointer = self.isa.pointer_type();
         let call_conv = self.isa.default_call_conv();
@@ -103,7 +104,7 @@ impl Compiler {
         writer.builder.finalize();
         let compiled = self.context.compile(&*self.isa, &mut ControlPlane::default());
         let compiled = compiled.map_err(|error| failed(&error.inner))?;
-        // all that it calls, it calls by address: nothing is left to be linked
+        // functions are called by their addresses, so nothing is left to be linked
         if !compiled.buffer.relocs().is_empty() {
             return Err(JitError::Compiler(
                 "the code refers to what is not in it".to_owned(),

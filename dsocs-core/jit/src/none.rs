@@ -1,8 +1,8 @@
-//! No machine code.
+//! The crate's interface on machines for which no code is made.
 
 use crate::{Calls, JitError, Program, TooShort};
 
-/// What makes machine code: nothing, on this machine.
+/// A compiler, of which there is none on this machine.
 #[derive(Debug)]
 pub struct Compiler(());
 

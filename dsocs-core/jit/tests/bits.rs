@@ -6,7 +6,7 @@
 
 use dsocs_jit::{Calls, Code, Compiler, NoCalls, Operand, Operation, PIECE, Program};
 
-/// Numbers at which operations differ that look alike.
+/// Numbers at which similar operations have different results.
 const SPECIAL: [f64; 24] = [
     0.0,
     -0.0,
@@ -42,7 +42,7 @@ extern "C" fn powf(a: f64, b: f64) -> f64 {
     a.powf(b)
 }
 
-/// What a program calls: a sum, or the number of the call.
+/// Calls of a program: a sum, or the number of the call.
 struct Sums;
 
 impl Calls for Sums {
@@ -51,7 +51,7 @@ impl Calls for Sums {
     }
 }
 
-/// The bits of a number; all that are none are alike.
+/// The bits of a number; the same for all NaN.
 fn bits(x: f64) -> u64 {
     if x.is_nan() { u64::MAX } else { x.to_bits() }
 }
@@ -153,11 +153,11 @@ fn sums_and_products_are_not_fused() {
     let tiny = f64::EPSILON;
     let mut numbers = [1.0 + tiny, 1.0 - tiny, -1.0, 0.0, 0.0, 0.0];
     code.run(&mut numbers, &NoCalls).unwrap();
-    // fused, they would be what the rounding of the product has taken away
+    // with fused products these would be the rounding errors of the products
     assert_eq!(numbers[4..], [0.0, -2.0]);
 }
 
-/// Operations of all kinds on results before, chosen by a fixed rule: many pieces, whose numbers wait for each other.
+/// Operations of all kinds on earlier results, chosen by a fixed rule: in many pieces, which read each other's results.
 fn many(count: u32) -> Vec<Operation> {
     let mut state: u64 = 1;
     let mut next = move |below: u32| {
@@ -190,7 +190,7 @@ fn many(count: u32) -> Vec<Operation> {
 fn a_program_of_many_pieces_has_the_bits_of_rust() {
     let count = u32::try_from(4 * PIECE + 17).unwrap();
     let operations = many(count);
-    // all that is between is needed, too
+    // the results in between are needed, too
     let wanted = (0..count).filter(|of| of % 3 == 0 || of + 40 > count);
     let code = code(&operations, 4, wanted.clone());
     for numbers in [[0.3, -0.7, 1.1, 2.0], [1.0, 0.0, -0.0, -3.0]] {
@@ -220,9 +220,9 @@ fn what_would_read_or_write_elsewhere_is_refused() {
     let later = Operation::Neg(Operand::Result(0));
     assert!(Program::new(&[later], &[]).is_err());
     assert!(Program::new(&[], &[(Operand::Result(0), 1)]).is_err());
-    // read and written
+    // a place that is read and written
     assert!(Program::new(&[Operation::Neg(read)], &[(Operand::Result(0), 0)]).is_err());
-    // written twice
+    // a place that is written twice
     assert!(Program::new(&[], &[(read, 1), (read, 1)]).is_err());
     let program = Program::new(&[Operation::Neg(read)], &[(Operand::Result(0), 5)]).unwrap();
     let code = Compiler::new().unwrap().compile(&[program]).unwrap();
@@ -255,7 +255,7 @@ fn code_runs_on_several_threads() {
     });
 }
 
-/// How many pieces of memory this process has mapped.
+/// The number of memory mappings of this process.
 #[cfg(target_os = "linux")]
 fn mapped() -> usize {
     std::fs::read_to_string("/proc/self/maps")
@@ -275,7 +275,7 @@ fn memory_is_freed_with_the_last_code() {
     };
     let kept: Vec<_> = (0..100).map(|_| make(2)).collect();
     let with_all = mapped();
-    // one of two keeps the memory of both
+    // one of two programs keeps the memory of both
     let halves: Vec<Code> = kept.into_iter().map(|mut codes| codes.swap_remove(1)).collect();
     let mut numbers = vec![0.5; 5];
     halves[99].run(&mut numbers, &NoCalls).unwrap();
@@ -286,7 +286,7 @@ fn memory_is_freed_with_the_last_code() {
     for _ in 0..10_000 {
         drop(make(1));
     }
-    // other tests of this process map some, too
+    // other tests of this process map memory, too
     let after = mapped();
     assert!(after < before + 50, "{before} {after}");
 }

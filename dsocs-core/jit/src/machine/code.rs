@@ -1,4 +1,4 @@
-//! Machine code, and how it is run: all that is unsafe.
+//! Machine code and its execution. All unsafe code of the crate is here.
 
 use std::cell::Cell;
 use std::fmt;
@@ -8,10 +8,10 @@ use memmap2::{Mmap, MmapMut};
 
 use crate::{Calls, TooShort};
 
-/// A piece of a program: the numbers, the values that go from piece to piece, and what is called.
+/// A piece of a program: a function of the numbers, of the values that one piece stores for another, and of the [`Calls`].
 type Piece = unsafe extern "C" fn(*mut f64, *mut f64, *const &dyn Calls);
 
-/// Memory in which code may run, and not be changed any more.
+/// Executable memory with a copy of some code. It can no longer be written.
 pub(super) fn executable(code: &[u8]) -> std::io::Result<Mmap> {
     let mut memory = MmapMut::map_anon(code.len().max(1))?;
     if let Some(room) = memory.get_mut(..code.len()) {
@@ -20,11 +20,11 @@ pub(super) fn executable(code: &[u8]) -> std::io::Result<Mmap> {
     memory.make_exec()
 }
 
-/// The function that begins somewhere in the memory.
+/// The function that begins at an offset in the memory.
 #[expect(unsafe_code, reason = "bytes become a function")]
 fn piece(memory: &Mmap, begin: usize) -> Piece {
-    // SAFETY: there stands a function that `Compiler::piece` has made, with the signature of `Piece` and the calling convention of `extern "C"` on this
-    // machine. `Code` keeps the memory, which is not changed any more, as long as the function.
+    // SAFETY: at this offset begins a function that `Compiler::piece` has made, with the signature of `Piece` and the calling convention of
+    // `extern "C"` on this machine. `Code` keeps the memory as long as the function, and the memory is never written again.
     unsafe { std::mem::transmute::<*const u8, Piece>(memory.as_ptr().add(begin)) }
 }
 
@@ -32,11 +32,11 @@ fn piece(memory: &Mmap, begin: usize) -> Piece {
 #[derive(Clone)]
 pub struct Code {
     pieces: Vec<Piece>,
-    /// How many values go from piece to piece.
+    /// The number of values that one piece stores for another.
     homes: usize,
-    /// How many numbers it is run on.
+    /// The number of places of the program.
     length: usize,
-    /// Where the pieces are.
+    /// The memory of the pieces.
     #[expect(dead_code, reason = "the pieces live as long as it does")]
     memory: Arc<Mmap>,
 }
@@ -50,12 +50,12 @@ impl fmt::Debug for Code {
 }
 
 thread_local! {
-    /// Room for values that go from piece to piece; kept, so that a run allocates nothing.
+    /// Workspace for values that one piece stores for another; kept, so that a run allocates nothing.
     static HOMES: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
 }
 
 impl Code {
-    /// The code of a program whose pieces begin at some places of the memory.
+    /// The code of a program whose pieces begin at the offsets `begins` of the memory.
     pub(super) fn new(memory: &Arc<Mmap>, begins: &[usize], homes: usize, length: usize) -> Self {
         Self {
             pieces: begins.iter().map(|&begin| piece(memory, begin)).collect(),
@@ -69,7 +69,7 @@ impl Code {
     ///
     /// # Errors
     ///
-    /// [`TooShort`] if there are fewer numbers than the program has places. Nothing is run then.
+    /// [`TooShort`] if there are fewer numbers than the program has places; then nothing is written.
     #[inline]
     pub fn run(&self, numbers: &mut [f64], calls: &dyn Calls) -> Result<(), TooShort> {
         if numbers.len() < self.length {
@@ -86,10 +86,10 @@ impl Code {
         Ok(())
     }
 
-    /// The same where values go from piece to piece.
+    /// [`Code::run`] for pieces that store values for another.
     #[inline(never)]
     fn run_with_homes(&self, numbers: &mut [f64], calls: &dyn Calls) {
-        // whoever runs a program inside finds another, empty room, and so does who runs one where the thread ends
+        // a program that runs inside a call, or while the thread ends, finds an empty workspace
         let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
         if homes.len() < self.homes {
             homes.resize(self.homes, 0.0);
@@ -98,27 +98,28 @@ impl Code {
         let _ = HOMES.try_with(|kept| kept.set(homes));
     }
 
-    /// Runs the pieces, where there is room for all.
+    /// Runs the pieces. There has to be memory for all of their numbers and values.
     #[expect(unsafe_code, reason = "code that was made when the program ran is called")]
     #[inline]
     fn pieces(&self, numbers: &mut [f64], homes: &mut [f64], calls: &dyn Calls) {
         debug_assert!(numbers.len() >= self.length && homes.len() >= self.homes);
         for piece in &self.pieces {
-            // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`) and below `homes` of the homes (`Cut`), hands the third
-            // pointer to `at_argument` and `without_argument` alone, and calls functions of the types that the operations say.
+            // SAFETY: a piece accesses places below `length` of the numbers (checked by `Program::new`) and below `homes` of the stored
+            // values (`Cut`), passes the third pointer only to `at_argument` and `without_argument`, and calls functions with the types of
+            // their operations.
             unsafe { piece(numbers.as_mut_ptr(), homes.as_mut_ptr(), &raw const calls) };
         }
     }
 }
 
-/// What a program calls, at an argument.
+/// The value of a call at an argument.
 #[expect(unsafe_code, reason = "machine code hands over a pointer")]
 pub(super) unsafe extern "C" fn at_argument(calls: *const &dyn Calls, which: u32, argument: f64) -> f64 {
-    // SAFETY: `Code::pieces` has lent it for the time of the run
+    // SAFETY: `Code::pieces` passes a pointer that is valid during the run
     unsafe { *calls }.call(which, Some(argument))
 }
 
-/// The same without an argument.
+/// The value of a call without an argument.
 #[expect(unsafe_code, reason = "as above")]
 pub(super) unsafe extern "C" fn without_argument(calls: *const &dyn Calls, which: u32) -> f64 {
     // SAFETY: as above

@@ -1,4 +1,4 @@
-//! Operations to Cranelift's instructions.
+//! Translation of operations to Cranelift's instructions.
 
 use std::collections::HashMap;
 use std::ffi::c_void;
@@ -11,11 +11,11 @@ use cranelift_frontend::FunctionBuilder;
 use super::code::{at_argument, without_argument};
 use crate::{Operand, Operation, PIECE, Program};
 
-/// How a program is cut into pieces.
+/// The division of a program into pieces.
 pub(super) struct Cut {
-    /// Where the value of each operation is kept from piece to piece, if another piece reads it.
+    /// The place among the stored values (the *home*) of each operation's result, if another piece reads it.
     homes: Vec<Option<u32>>,
-    /// How many such values there are at a time.
+    /// The number of homes.
     pub count: usize,
 }
 
@@ -37,7 +37,7 @@ impl Cut {
         let mut ends: HashMap<usize, Vec<u32>> = HashMap::new();
         for (at, home) in homes.iter_mut().enumerate() {
             if at % PIECE == 0 {
-                // what no piece from this one on reads makes room
+                // a home is free after the last piece that reads it
                 let before = (at / PIECE).checked_sub(1);
                 free.extend(before.and_then(|before| ends.remove(&before)).unwrap_or_default());
             }
@@ -57,7 +57,7 @@ impl Cut {
     }
 }
 
-/// What writes a piece.
+/// Writes the instructions of a piece.
 pub(super) struct Writer<'a> {
     pub builder: FunctionBuilder<'a>,
     program: &'a Program,
@@ -66,13 +66,13 @@ pub(super) struct Writer<'a> {
     call_conv: CallConv,
     /// The first operation of the piece.
     begin: usize,
-    /// What the function is handed.
+    /// The parameters of the function.
     numbers: Value,
     homes: Value,
     calls: Value,
-    /// The results of the operations of this piece so far.
+    /// The results of this piece's operations so far.
     values: Vec<Value>,
-    /// The signatures of what is called, by the types of the parameters.
+    /// The signatures of called functions, by the types of their parameters.
     signatures: HashMap<Vec<Type>, SigRef>,
 }
 
@@ -104,12 +104,12 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes the operations, and what they hand on.
+    /// Writes the operations, and stores the results that are read elsewhere.
     pub fn write(&mut self) {
         let program = self.program;
         let end = (self.begin + PIECE).min(program.operations.len());
         let operations = &program.operations[self.begin..end];
-        // where the results of each operation go
+        // the places to which the result of each operation is written
         let mut written: Vec<Vec<u32>> = vec![Vec::new(); operations.len()];
         for &(from, to) in &program.results {
             match from {
@@ -147,7 +147,8 @@ impl<'a> Writer<'a> {
             .store(MemFlags::trusted(), value, address.0, address.1);
     }
 
-    /// Reads the number at a place. A number that is read twice is loaded twice: this is part of the operation, and a register is free for others.
+    /// Loads the number at a place. A number that is read twice is loaded twice: the load is part of the operation, and leaves a register
+    /// free.
     fn load(&mut self, from: Value, place: u32) -> Value {
         let address = self.address(from, place);
         self.builder
@@ -155,7 +156,7 @@ impl<'a> Writer<'a> {
             .load(types::F64, MemFlags::trusted(), address.0, address.1)
     }
 
-    /// Where a place is: a pointer, and what is added to it.
+    /// The address of a place: a pointer and an offset.
     fn address(&mut self, base: Value, place: u32) -> (Value, i32) {
         let offset = i64::from(place) * 8;
         match i32::try_from(offset) {
@@ -164,7 +165,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// What an operand is.
+    /// The value of an operand.
     fn value(&mut self, operand: Operand) -> Value {
         match operand {
             Operand::Place(place) => self.load(self.numbers, place),
@@ -176,7 +177,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// An operation.
+    /// Writes an operation, and returns its result.
     fn operation(&mut self, operation: &Operation) -> Value {
         match *operation {
             Operation::Neg(a) => {
@@ -244,14 +245,14 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A choice between two numbers. Where one that is compared is NaN, the last one is chosen.
+    /// The choice between two numbers; the last one if a compared number is NaN.
     fn select(&mut self, comparison: FloatCC, parts: [Operand; 4]) -> Value {
         let [a, b, c, d] = parts.map(|part| self.value(part));
         let holds = self.builder.ins().fcmp(comparison, a, b);
         self.builder.ins().select(holds, c, d)
     }
 
-    /// A whole power, by the products that `f64::powi` makes, in its order. (The first of them is by 1.)
+    /// A whole power, by the products of `f64::powi` in the same order. (The first product is by 1.)
     fn power(&mut self, a: Value, power: i32) -> Value {
         let (mut square, mut rest) = (a, power.unsigned_abs());
         let mut product = None;
@@ -277,7 +278,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A call of a function that gives a number.
+    /// A call of a function that returns a number.
     fn call(&mut self, function: *const c_void, arguments: &[Value]) -> Value {
         let parameters = arguments.iter();
         let parameters = parameters.map(|&argument| self.builder.func.dfg.value_type(argument));
