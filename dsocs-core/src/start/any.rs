@@ -35,45 +35,46 @@ impl AnyStart {
         })
     }
 
-    /// As [`Start::paper`](crate::Start::paper), `q1 = q0 + h v0`.
+    /// A start with the second node `q1 = q0 + h v0`; see [`Start::paper`](crate::Start::paper).
     pub fn paper(q0: &[f64], v0: &[f64]) -> Self {
         let v0 = Vector::of(v0);
         Self::by(q0, Rule::Paper { v0 })
     }
 
-    /// As [`Start::second_order`](crate::Start::second_order), `q1 = q0 + h v0 + h²/2 a0`.
+    /// A start with the second node `q1 = q0 + h v0 + h²/2 a0`; see [`Start::second_order`](crate::Start::second_order).
     pub fn second_order(q0: &[f64], v0: &[f64]) -> Self {
         let v0 = Vector::of(v0);
         Self::by(q0, Rule::SecondOrder { v0 })
     }
 
-    /// As [`Start::third_order`](crate::Start::third_order), where constraints of third order leave the acceleration free.
+    /// A start with a given acceleration, which constraints of third order leave free; see [`Start::third_order`](crate::Start::third_order).
     pub fn third_order(q0: &[f64], v0: &[f64], a0: &[f64]) -> Self {
         let (v0, datum) = (Vector::of(v0), ThirdOrderDatum::Acceleration(Vector::of(a0)));
         Self::by(q0, Rule::ThirdOrder { v0, datum })
     }
 
-    /// As [`Start::third_order_by_force`](crate::Start::third_order_by_force), with the constraint force at the start.
+    /// A start with a given constraint force, for constraints of third order; see
+    /// [`Start::third_order_by_force`](crate::Start::third_order_by_force).
     pub fn third_order_by_force(q0: &[f64], v0: &[f64], force: &[f64]) -> Self {
         let (v0, datum) = (Vector::of(v0), ThirdOrderDatum::Force(Vector::of(force)));
         Self::by(q0, Rule::ThirdOrder { v0, datum })
     }
 
-    /// As [`Start::nodes`](crate::Start::nodes).
+    /// A start with two given nodes; see [`Start::nodes`](crate::Start::nodes).
     pub fn nodes(q0: &[f64], q1: &[f64]) -> Self {
         let q1 = Vector::of(q1);
         Self::by(q0, Rule::Nodes { q1 })
     }
 
-    /// As [`Start::three_nodes`](crate::Start::three_nodes).
+    /// A start with three given nodes, for constraints of third order; see [`Start::three_nodes`](crate::Start::three_nodes).
     pub fn three_nodes(q0: &[f64], q1: &[f64], q2: &[f64]) -> Self {
         let [q1, q2] = [q1, q2].map(Vector::of);
         Self::by(q0, Rule::ThreeNodes { q1, q2 })
     }
 
-    /// The second node on the continuous motion, as [`Start::exact`](crate::Start::exact) finds it: from a
-    /// position, the initial velocity and acceleration, and the increment `d = q(t0 + h) − q0` of the motion
-    /// over a step `h` from the time `t0`. The step of the run has to be `h`.
+    /// A start whose second node lies on the continuous motion, as [`Start::exact`](crate::Start::exact) finds it: the position, the initial
+    /// velocity and acceleration, and the increment `d = q(t0 + h) − q0` of the motion over a step `h` from the time `t0`. The step of the
+    /// run has to be `h`.
     pub fn exact(q0: &[f64], [v0, a0]: [&[f64]; 2], d: &[f64], [t0, h]: [f64; 2]) -> Self {
         let [v0, a0] = [v0, a0].map(Vector::of);
         let d = Sum::exact(Vector::of(d));
@@ -87,14 +88,13 @@ impl AnyStart {
         self
     }
 
-    /// Moved onto the constraints on positions and velocities, as [`Start::projected`](crate::Start::projected).
+    /// Moves the start onto the constraints on positions and velocities; see [`Start::projected`](crate::Start::projected).
     pub fn projected(mut self) -> Self {
         self.0.projected = true;
         self
     }
 
-    /// Chooses the acceleration near `a0` if there are several, as
-    /// [`Start::near_acceleration`](crate::Start::near_acceleration).
+    /// Chooses the acceleration near `a0` if there are several; see [`Start::near_acceleration`](crate::Start::near_acceleration).
     pub fn near_acceleration(mut self, a0: &[f64]) -> Self {
         self.0.near = Some(Vector::of(a0));
         self

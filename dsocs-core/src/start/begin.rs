@@ -458,8 +458,7 @@ fn undefined(
         .flatten()
 }
 
-/// Whether the equations at a position fail for the same reason with every velocity, tested along no axis and
-/// with different sizes.
+/// Whether the equations at a position fail for the same reason with every velocity, judged by velocities of different sizes along no axis.
 fn fails_in_motion(declaration: &Declaration<'_>, (t, q): (f64, &[f64]), reason: StepFailure) -> bool {
     [1.0, -1e-3, 1e3].into_iter().all(|size| {
         let v = Vector::from_fn(q.len(), |i| size / (i as f64 + 1.3));

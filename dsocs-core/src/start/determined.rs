@@ -61,7 +61,7 @@ fn updated(
 ) -> Option<Determined> {
     let n = q.len();
     if declaration.shape().jumps && declaration.sides() > 0 {
-        // what rests is found by a search
+        // with bodies at rest the acceleration is found by a search, not by one update
         return determined(declaration, (t, q, v), &near[..n]);
     }
     let point = |a| AnyPoint { t, q, v, a };
