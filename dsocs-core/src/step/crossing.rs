@@ -239,7 +239,7 @@ impl StepPath<'_> {
         else {
             return f64::INFINITY;
         };
-        // the argument is led back from either side: it comes to rest
+        // both sides drive the argument back to zero: the body comes to rest
         let rates = [&before, &after].map(|at| at.rates.get(switch).copied());
         if let [Some(before), Some(after)] = rates
             && before * after < 0.0

@@ -223,8 +223,7 @@ impl Step<'_> {
         let open = |e: &[f64]| deficiency::of_step(&declaration, self.h, leg, e);
         let deficiency = match cause.reason {
             StepFailure::Singular => open(&e),
-            // rows that are singular except for rounding send the iteration anywhere: these are singular on a
-            // straight line, too
+            // with rows that are singular up to rounding the iteration may end anywhere; such rows are singular on a straight line, too
             StepFailure::NotConverged => {
                 open(&straight).and_then(|straight| open(&e).filter(|open| *open == straight))
             }
@@ -371,7 +370,7 @@ impl Step<'_> {
         e.is_finite().then(|| self.unknowns(&e))
     }
 
-    /// The unknowns of paths beside the straight line, a little and more, to both sides.
+    /// The unknowns of paths that turn from the straight line, by a little and by more, to both sides.
     fn beside_straight(&self) -> [Vector; 4] {
         let d = self.leg.d;
         let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));

@@ -797,7 +797,7 @@ impl Kernel for TapeKernel {
             self.write(energy, numbers, &mut value);
             value[0]
         });
-        // the node is the one between the legs, whatever the maps are
+        // the reported position is the middle node `q1`, whatever the declared maps are
         copy(motion, leg.q);
         node.scalars.energy = energy;
     }
