@@ -31,7 +31,7 @@ pub(crate) struct Tier {
 }
 
 impl Tier {
-    /// Never compiles.
+    /// A tier that never compiles.
     pub fn never() -> Self {
         Self {
             never: true,
@@ -58,7 +58,7 @@ impl Tier {
             let translated = translated.collect::<Result<Vec<_>, _>>()?;
             let codes = Compiler::new()?.compile(&translated)?;
             for (program, code) in programs.iter().zip(codes) {
-                // not set elsewhere
+                // set here alone, once
                 let _ = program.code.set(code);
             }
             Ok(())

@@ -135,7 +135,7 @@ fn leaves<'a, T: Number>(declaration: &'a Declaration<'a>, at: &'a At<'a, T>) ->
             Leaf::P(i) if at.past.is_empty() => {
                 return T::splat(past.get(i).copied().unwrap_or(0.0));
             }
-            // programs of declarations compute them
+            // a declaration's programs compute these themselves
             Leaf::Constant(_) | Leaf::Known(_) => return T::splat(f64::NAN),
             Leaf::P(i) => (at.past, i),
             Leaf::E(i) => (at.e, i),

@@ -439,7 +439,7 @@ impl Differential {
         change: &mut dyn FnMut(Input) -> Eight,
         take: &mut dyn FnMut(usize, Eight),
     ) {
-        // results that do not depend on the moving inputs
+        // results that do not depend on the moving inputs do not change
         for &result in &self.results {
             room.moving[result as usize] = Eight::ZERO;
         }
