@@ -122,7 +122,7 @@ impl Integrator {
                 Err(part) => size *= part.clamp(LEAST_PART, 0.9),
             }
         }
-        // as before the step
+        // the state is again that before the step
         self.tried.copy(&self.now);
         self.wait_beside_corner(self.t.hi[0]);
         self.corner = Some(last);

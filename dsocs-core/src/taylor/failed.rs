@@ -12,16 +12,15 @@ use crate::start::place::Place;
 /// A motion has stalled if [`LOOK_EVERY`] steps advance it by no more than this part of the time so far.
 const STALLED: f64 = 1e-9;
 
-/// A trial step is torn if the acceleration at its end differs from that of its series by this part of
-/// itself. After the next number of torn steps, each shorter than its series allows, the motion oscillates
-/// about a place where the acceleration jumps.
+/// A trial step has met a jump of the acceleration (it is *torn*) if the acceleration at its end differs from that of its series by this part
+/// of itself. After the next number of such steps, each shorter than its series allows, the motion oscillates about the place of the jump.
 const TORN: f64 = 0.5;
 pub(super) const BACK_AND_FORTH: u32 = 16;
 
 impl Integrator {
-    /// Counts the trial step as torn if the acceleration at its end is not that of its series, longer steps
-    /// were tried before, and the difference is not rounding; a step that is accepted at once lowers the
-    /// count. Such a jump shows in no series, as that of a quotient by a norm that passes zero.
+    /// Counts the trial step as one that has met a jump, if the acceleration at its end is not that of its series, longer steps were tried
+    /// before, and the difference is not rounding. A step that is accepted at once lowers the count. Such a jump shows in no series, as that
+    /// of a quotient by a norm that passes zero.
     #[cold]
     pub(super) fn count_torn(
         &mut self,
@@ -30,7 +29,7 @@ impl Integrator {
         tries: u32,
     ) {
         if tries == 0 {
-            // a jump that is passed once, as of a user's function, is forgotten
+            // a jump that is passed once, as that of a user's function, is soon no longer counted
             self.torn.0 = self.torn.0.saturating_sub(1);
         } else if defect >= TORN * acceleration
             && !self.is_rounding(equations, (defect, size), tries.max(rounding::TRIES))

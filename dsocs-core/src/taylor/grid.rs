@@ -410,7 +410,7 @@ impl<const N: usize> WithSimd for Values<'_, '_, N> {
             N
         };
         let (mut times, mut points) = (self.times, self.points);
-        // components that fill a register: of a few times none of its lanes is lost
+        // the components fill a register, so no lane is lost for few times
         if N == S::F64_LANES {
             while let [_, ..] = times {
                 let count = times.len().min(FEW);
@@ -445,8 +445,7 @@ impl<const N: usize> WithSimd for Values<'_, '_, N> {
     }
 }
 
-/// Number of registers of times that are evaluated together: fewer dependent sums would wait, more would not
-/// fit.
+/// Number of registers of times that are evaluated together. With fewer of them, each sum waits for the one before it; more do not fit.
 const REGISTERS: usize = 3;
 
 /// The motion of `n` coordinates at up to as many times as `R` registers hold, as long as there is room for
@@ -472,7 +471,7 @@ fn fill<S: Simd, const R: usize>(
     }
 }
 
-/// So many times at once where components stand side by side.
+/// Number of times that are evaluated together if the components of the motion fill a register.
 const FEW: usize = 3;
 
 /// The motion at `R` times, of as many coordinates as a register holds.

@@ -94,7 +94,7 @@ pub(crate) struct Integrator {
     pub(super) began: f64,
     /// The number of steps at the last check whether the motion advances, and the time then.
     pub(super) looked: (u64, f64),
-    /// The number of torn steps minus the number of steps that were accepted at once since, and the time at
+    /// The number of trial steps that have met a jump of the acceleration, minus the number of steps accepted at once since, and the time of
     /// the first of them.
     pub(super) torn: (u32, f64),
     /// The number of expansions since the last node.

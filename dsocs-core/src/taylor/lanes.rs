@@ -198,7 +198,7 @@ fn lanes_where(orders: &[usize; LANES], least: usize) -> u32 {
     bits
 }
 
-/// Work for the registers: the ends of steps.
+/// The ends of steps, as a function that is compiled for each kind of register.
 struct Arrival<'a, R: Chosen, const N: usize> {
     series: &'a Series<Lanes<R>>,
     h: &'a [f64; LANES],
@@ -234,7 +234,7 @@ impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
     }
 }
 
-/// Work for the registers: expansions.
+/// Expansions, as a function that is compiled for each kind of register.
 struct Expansion<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     expansions: &'a mut Expansions<'s, R, S, N>,
     ends: &'a Ends,

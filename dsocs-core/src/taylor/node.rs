@@ -1,9 +1,8 @@
 //! A node that lies where the declaration jumps.
 //!
-//! There the acceleration has two values, and the declaration, evaluated at the numbers of the node, is on one
-//! of the two sides; on which one, rounding decides, since a switch is found to rounding only. Constraint
-//! force, multipliers and observed expressions are evaluated there. So the acceleration of the node is that of
-//! the same side: what a node tells then obeys the equations of motion.
+//! There the acceleration has two values. The declaration, evaluated at the numbers of the node, belongs to one of the two sides; rounding
+//! decides to which, since a switch is found to rounding only. Constraint force, multipliers and observed expressions are evaluated there. So
+//! the acceleration of the node is that of the same side, and the data of a node obey the equations of motion.
 
 use super::integrator::Integrator;
 use crate::number::larger;
@@ -19,8 +18,7 @@ const ROUNDINGS: f64 = 4.0;
 pub(super) type Sided = (Vec<f64>, Vec<f64>);
 
 impl Integrator {
-    /// Keeps what later steps need to know of a step of the length `h`: whether it ends at a switch, and the
-    /// size of its velocity.
+    /// Records, for later steps, whether a step of the length `h` ends at a switch, and the size of its velocity.
     pub(super) fn keep(&mut self, h: f64, at_switch: bool) {
         if self.projection.is_some() {
             self.lately = larger(self.pace(h), 0.5 * self.lately);
