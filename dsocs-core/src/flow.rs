@@ -53,7 +53,7 @@ impl<'s, const N: usize> Flow<'s, N> {
     ///
     /// # Errors
     ///
-    /// As [`Flow::new`]; and [`SetupError::StartLength`] if the system has another number of coordinates than the start.
+    /// The errors of [`Flow::new`], and [`SetupError::StartLength`] if the system has another number of coordinates than the start.
     pub fn of(system: &'s dyn Kernel, h: f64, start: Start<N>) -> Result<Self, SetupError> {
         let start = AnyStart::from(start);
         let start = start.fitted(system.shape())?;

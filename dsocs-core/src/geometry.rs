@@ -81,7 +81,7 @@ pub use part_errors::{PartError, PartErrors};
 pub use pieces::{corners, pieces};
 pub use quadrature::mean_over;
 pub use reduction::{arriving_momentum, momentum_along, momentum_balance, reduced};
-#[doc(hidden)] // until steps are solved on slices
+#[doc(hidden)] // for the checks of order in `dsocs-systems`
 pub use split::{constraint_multipliers, continuous_multipliers, multipliers_of};
 pub use theorem::FlowTheorem;
 

@@ -126,7 +126,7 @@ impl Samples {
     ///
     /// # Errors
     ///
-    /// As [`Samples::linear`].
+    /// The errors of [`Samples::linear`].
     pub fn cubic(samples: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, SamplesError> {
         let (places, values) = checked(samples)?;
         let chords = slopes(&places, &values);
@@ -154,7 +154,7 @@ impl Samples {
     ///
     /// # Errors
     ///
-    /// As [`Samples::linear`].
+    /// The errors of [`Samples::linear`].
     pub fn monotone(samples: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, SamplesError> {
         let (places, values) = checked(samples)?;
         let (lengths, chords) = (lengths(&places), slopes(&places, &values));

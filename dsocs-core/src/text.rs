@@ -93,7 +93,7 @@ impl Text {
     ///
     /// # Errors
     ///
-    /// As [`Text::parse`]; also for a constant that the text does not have.
+    /// The errors of [`Text::parse`], and an error for a constant that the text does not have.
     pub fn parse_with(
         name: &str,
         text: &str,
@@ -117,7 +117,7 @@ impl Text {
     ///
     /// # Errors
     ///
-    /// As [`Text::read`]; also for a constant that the text does not have.
+    /// The errors of [`Text::read`], and an error for a constant that the text does not have.
     pub fn read_with(file: impl AsRef<Path>, constants: &[(String, f64)]) -> Result<Self, TextError> {
         let file = file.as_ref();
         let bytes = error::bytes(file)?;

@@ -26,7 +26,7 @@ impl<'s> AnyComposedFlow<'s> {
     ///
     /// # Errors
     ///
-    /// As [`ComposedFlow::new`](crate::ComposedFlow::new); and [`SetupError::StartLength`] if the start has another number of coordinates.
+    /// The errors of [`ComposedFlow::new`](crate::ComposedFlow::new), and [`SetupError::StartLength`] if the start has another number of coordinates.
     pub fn new(
         system: &'s dyn Kernel,
         h: f64,

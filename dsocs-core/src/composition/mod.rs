@@ -1,8 +1,8 @@
 //! Compositions of the step: orders 4, 6 and 8 at a fixed step.
 //!
 //! Three consecutive nodes, with legs of unequal lengths, determine a parabola. At the middle node it has a value `q`, a slope `v` and a
-//! second derivative `a`. If the equations of the step depend only on these ([`Symmetry::AnyLegs`](crate::Symmetry::AnyLegs)), they determine `a` from `(q, v)`.
-//! Then the map from node to node
+//! second derivative `a`. If the equations of the step depend only on these ([`Symmetry::AnyLegs`](crate::Symmetry::AnyLegs)), they determine
+//! `a` from `(q, v)`. Then the map from node to node
 //!
 //! ```text
 //! v_r = v + h/2 a(q, v),   q' = q + h v_r,   v' = v_r + h/2 a(q', v')
@@ -15,8 +15,8 @@
 //! # Systems whose legs are joined by momenta
 //!
 //! If the mass matrix varies, or an external force is not a linear function of the velocity, the equations depend on more than the parabola.
-//! Then the legs are joined by the momenta at the nodes ([`Symmetry::Momenta`](crate::Symmetry::Momenta)). There is half a kick by the constraint force `Q` of the
-//! continuous system at the first node,
+//! Then the legs are joined by the momenta at the nodes ([`Symmetry::Momenta`](crate::Symmetry::Momenta)). There is half a kick by the
+//! constraint force `Q` of the continuous system at the first node,
 //!
 //! ```text
 //! p + h/2 Q = -D₁L_d(q, q') - f⁻_d,   p' = D₂L_d(q, q') + f⁺_d + h/2 Q'

@@ -158,7 +158,7 @@ impl<const N: usize> Path<'_, N> {
     ///
     /// # Errors
     ///
-    /// As [`Path::tangents`].
+    /// The errors of [`Path::tangents`].
     pub fn tangents_along(
         &self,
         variables: &[Variable<'_>],
@@ -179,7 +179,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As [`Path::tangents`].
+    /// The errors of [`Path::tangents`].
     pub fn tangents(&self, variables: &[Variable<'_>]) -> Result<OwnedTangents, DerivativeError> {
         let numbers = forward(&self.recording, variables, None)?;
         Ok(OwnedTangents {
@@ -192,7 +192,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As [`Path::tangents_along`].
+    /// The errors of [`Path::tangents_along`].
     pub fn tangents_along(
         &self,
         variables: &[Variable<'_>],

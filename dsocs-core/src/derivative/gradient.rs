@@ -114,7 +114,7 @@ impl<const N: usize> Path<'_, N> {
     ///
     /// # Errors
     ///
-    /// As [`Path::gradient`].
+    /// The errors of [`Path::gradient`].
     pub fn gradient_at_end(
         &self,
         cost: &mut dyn FnMut(&Point<Dual<f64>, N>) -> Dual<f64>,
@@ -140,7 +140,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As [`Path::gradient`].
+    /// The errors of [`Path::gradient`].
     pub fn gradient(
         &self,
         cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
@@ -152,7 +152,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As [`AnyPath::gradient`].
+    /// The errors of [`AnyPath::gradient`].
     pub fn gradient_at_end(
         &self,
         cost: &mut dyn FnMut(AnyPoint<'_, Dual<f64>>) -> Dual<f64>,

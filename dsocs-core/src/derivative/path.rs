@@ -87,7 +87,7 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// As [`Path::new`].
+    /// The errors of [`Path::new`].
     pub fn within<S: System<N>>(
         system: &'s S,
         h: f64,
@@ -185,7 +185,7 @@ impl<'s> AnyPath<'s> {
     ///
     /// # Errors
     ///
-    /// As [`Path::new`]; and [`SetupError::StartLength`] if the start has another number of coordinates.
+    /// The errors of [`Path::new`], and [`SetupError::StartLength`] if the start has another number of coordinates.
     pub fn new(system: &'s dyn Kernel, h: f64, start: &AnyStart, t: f64) -> Result<Self, DerivativeError> {
         Self::within(system, h, start, t, Self::MEMORY)
     }
@@ -194,7 +194,7 @@ impl<'s> AnyPath<'s> {
     ///
     /// # Errors
     ///
-    /// As [`AnyPath::new`].
+    /// The errors of [`AnyPath::new`].
     pub fn within(
         system: &'s dyn Kernel,
         h: f64,
@@ -206,11 +206,11 @@ impl<'s> AnyPath<'s> {
         run(system, h, &start, t, memory, &mut go_on)
     }
 
-    /// As [`AnyPath::new`], but calls `ask` after every thousand steps or so, and stops if it breaks.
+    /// Like [`AnyPath::new`], but calls `ask` about every thousand steps, and stops if it breaks.
     ///
     /// # Errors
     ///
-    /// As [`AnyPath::new`]; and [`DerivativeError::Stopped`].
+    /// The errors of [`AnyPath::new`], and [`DerivativeError::Stopped`].
     pub fn new_while(
         system: &'s dyn Kernel,
         h: f64,
@@ -227,7 +227,7 @@ impl<'s> AnyPath<'s> {
     ///
     /// # Errors
     ///
-    /// As [`Path::plan`]; and [`SetupError::StartLength`] if the start has another number of coordinates.
+    /// The errors of [`Path::plan`], and [`SetupError::StartLength`] if the start has another number of coordinates.
     pub fn plan(
         system: &'s dyn Kernel,
         h: f64,

@@ -106,7 +106,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// # Errors
     ///
-    /// As [`AnyEnsemble::new`].
+    /// The errors of [`AnyEnsemble::new`].
     pub fn of_tape(kernel: &'a TapeKernel, h: f64) -> Result<Self, SetupError> {
         Self::with(kernel, Box::new(InterpretedLanes(kernel)), h)
     }
@@ -151,7 +151,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Ensemble::varied`](crate::Ensemble::varied).
+    /// The errors of [`Ensemble::varied`](crate::Ensemble::varied).
     pub fn varied(
         mut self,
         parameter: &str,
@@ -167,7 +167,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Ensemble::held`](crate::Ensemble::held).
+    /// The errors of [`Ensemble::held`](crate::Ensemble::held).
     pub fn held(
         mut self,
         parameter: &str,

@@ -48,7 +48,7 @@ impl<'s> AnyFlow<'s> {
     ///
     /// # Errors
     ///
-    /// As [`Flow::new`](crate::Flow::new); and [`SetupError::StartLength`] if the start has another number of coordinates.
+    /// The errors of [`Flow::new`](crate::Flow::new), and [`SetupError::StartLength`] if the start has another number of coordinates.
     pub fn new(system: &'s dyn Kernel, h: f64, start: &AnyStart) -> Result<Self, SetupError> {
         let start = start.fitted(system.shape())?;
         Ok(Self(Discrete::new(system, values_of(system), h, &start)?))

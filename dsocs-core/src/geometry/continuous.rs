@@ -68,7 +68,7 @@ pub fn motion(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) -> Result<Owned
 ///
 /// # Errors
 ///
-/// As [`motion`].
+/// The errors of [`motion`].
 pub fn motion_near(
     system: &dyn Kernel,
     (t, q, v): (f64, &[f64], &[f64]),

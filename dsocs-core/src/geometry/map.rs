@@ -109,7 +109,7 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// # Errors
     ///
-    /// As [`DiscreteFlow::new`].
+    /// The errors of [`DiscreteFlow::new`].
     pub fn with_step(&self, h: f64) -> Result<Self, GeometryError> {
         Self::new(self.system, h)
     }

@@ -157,7 +157,7 @@ impl Equilibrium {
     ///
     /// # Errors
     ///
-    /// As [`Equilibrium::eigenvalues`].
+    /// The errors of [`Equilibrium::eigenvalues`].
     pub fn stability(&self) -> Result<Stability, LinearizationError> {
         let eigenvalues = self.eigenvalues()?;
         let size = eigenvalues

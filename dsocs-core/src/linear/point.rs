@@ -146,7 +146,7 @@ impl<'s> OperatingPoint<'s> {
     ///
     /// # Errors
     ///
-    /// As [`OperatingPoint::continuous`], and [`LinearizationError`] if the step cannot be used or has no solution.
+    /// The errors of [`OperatingPoint::continuous`], and [`LinearizationError`] if the step cannot be used or has no solution.
     pub fn step(&self, h: f64) -> Result<LinearModel, LinearizationError> {
         let (inputs_outputs, place) = (self.inputs_outputs()?, self.place()?);
         solvable::check_step(self.system, h)?;

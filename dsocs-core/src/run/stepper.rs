@@ -191,11 +191,11 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         }
     }
 
-    /// Runs like [`Stepper::until`] and returns only the last node; the nodes before it are not computed.
+    /// Runs like [`Stepper::until`] and returns only the last node; no [`Node`] is made for the steps before it.
     ///
     /// # Errors
     ///
-    /// As [`Stepper::until`], without the nodes. The current node is then the last one that was reached.
+    /// The errors of [`Stepper::until`], as a [`RunError`] without nodes. The current node is then the last one that was reached.
     fn to(&mut self, t: f64) -> Result<Node<N>, RunError> {
         self.run_mut().to(t)?;
         Ok(self.node())
@@ -217,7 +217,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// # Errors
     ///
-    /// As [`Stepper::stream`].
+    /// The errors of [`Stepper::stream`].
     fn certify(
         &mut self,
         t: f64,
@@ -243,7 +243,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// # Errors
     ///
-    /// As [`Stepper::stream`]; and [`RunError::Event`] if a function has no Taylor series.
+    /// The errors of [`Stepper::stream`], and [`RunError::Event`] if a function has no Taylor series.
     fn watch(
         &mut self,
         t: f64,
@@ -263,7 +263,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// # Errors
     ///
-    /// As [`Stepper::stream`].
+    /// The errors of [`Stepper::stream`].
     fn sample(
         &mut self,
         times: &[f64],

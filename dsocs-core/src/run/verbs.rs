@@ -68,7 +68,7 @@ impl dyn Run + '_ {
     ///
     /// # Errors
     ///
-    /// As `walk`; and [`RunError::Until`] if `t` is infinite.
+    /// The errors of `walk`, and [`RunError::Until`] if `t` is infinite.
     pub fn walk_to(
         &mut self,
         t: f64,
@@ -83,7 +83,7 @@ impl dyn Run + '_ {
     ///
     /// # Errors
     ///
-    /// As `walk`; and [`RunError::Event`] if a function has no Taylor series.
+    /// The errors of `walk`, and [`RunError::Event`] if a function has no Taylor series.
     pub fn watch(
         &mut self,
         t: f64,

@@ -32,14 +32,13 @@ const GROWS: f64 = 10.0;
 /// over its root by ten thousand.
 const POLE: f64 = 1e3;
 
-/// Distance from a place beyond which a value is accurate that loses its digits there, as the root of a
-/// quantity that touches zero. A pole grows towards the place by more than the next factor from ten times
-/// this distance.
+/// Distance from a place within which a bounded quantity may lose its digits, as the root of a quantity that touches zero. A quantity has a
+/// pole at the place if it is larger here than at ten times this distance by more than the factor [`GROWS_SLOWLY`].
 const LOST: f64 = 1e-5;
 const GROWS_SLOWLY: f64 = 2.0;
 
-/// An acceleration nearly jumps if it changes within this part of the path by more than the next factor; a
-/// resolved one changes by a quarter at most.
+/// An acceleration nearly jumps if it changes within the part [`CLOSE`] of the path by more than the part [`MOST`] of its size; one that the
+/// step resolves changes by a quarter at most.
 const CLOSE: f64 = 1.0 / 32.0;
 const MOST: f64 = 0.5;
 

@@ -17,8 +17,7 @@ const HALVINGS: u32 = 48;
 /// Length at which a bracket is short enough, as a part of the path: smooth quantities agree at its two ends.
 const SHORT: f64 = 1e-12;
 
-/// From a bracket's end, distances are doubled up to this many times until the argument has a clear sign;
-/// then by the next number of doublings more.
+/// From a bracket's end, distances are doubled up to this many times until the argument has a clear sign, then [`MARGIN`] times more.
 const DOUBLINGS: u32 = 20;
 const MARGIN: usize = 3;
 

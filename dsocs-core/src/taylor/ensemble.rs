@@ -218,7 +218,8 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
     }
 
     /// Runs every motion to the time `t`, or to the last node of the grid at or before it, and returns the node there for each, in the order
-    /// of the starts. Without a grid, a time before a start is reached back in time. For a motion that does not begin or does not reach it, the result is its [`RunError`].
+    /// of the starts. Without a grid, a time before a start is reached back in time. For a motion that does not begin or does not reach `t`,
+    /// the result is its [`RunError`].
     #[must_use]
     pub fn to(&self, t: f64) -> Vec<Result<Node<N>, RunError>> {
         let runs = self.runs(t, false, |_| Trajectory::default());

@@ -13,7 +13,7 @@ use crate::start::place::Place;
 const STALLED: f64 = 1e-9;
 
 /// A trial step has met a jump of the acceleration (it is *torn*) if the acceleration at its end differs from that of its series by this part
-/// of itself. After the next number of such steps, each shorter than its series allows, the motion oscillates about the place of the jump.
+/// of itself. After [`BACK_AND_FORTH`] such steps, each shorter than its series allows, the motion oscillates about the place of the jump.
 const TORN: f64 = 0.5;
 pub(super) const BACK_AND_FORTH: u32 = 16;
 

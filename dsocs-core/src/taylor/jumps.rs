@@ -20,8 +20,7 @@ const LEAST_JUMP: f64 = 1e-7;
 /// relative to its terms.
 const BESIDE: [f64; 2] = [1e-8, 1e-5];
 
-/// At a distance larger by this factor, the difference by a jump is larger by no more than one over the next
-/// constant.
+/// If the Lagrangian jumps at the switch, its difference at a distance larger by this factor is at most that here divided by [`JUMPS_NEAR`].
 const FARTHER: f64 = 10.0;
 
 const JUMPS_NEAR: f64 = 0.5;

@@ -12,8 +12,8 @@ use crate::tape::declaration::Declaration;
 /// The difference of accelerations counts as rounding up to this many times the effect of single roundings.
 const ROUNDINGS: f64 = 8.0;
 
-/// Rounding is not tested if the difference would move the position, in the time of the step, by more than
-/// this many roundings, unless the next number of shorter steps have been tried.
+/// Rounding is not tested if the difference would move the position, in the time of the step, by more than this many roundings, unless
+/// [`TRIES`] shorter steps have been tried.
 const MOST: f64 = 1e6;
 pub(super) const TRIES: u32 = 2;
 

@@ -29,8 +29,8 @@ const RESOLVED: f64 = 64.0;
 /// With fewer bisections than this a step is hardly longer than rounding.
 const FEW: u32 = 5;
 
-/// The acceleration is unbounded at the place if its values on both sides differ by this many times more than
-/// on a part of the way to it. Differences below the next part of the acceleration are rounding.
+/// The acceleration is unbounded at the place if its values on both sides differ by this many times more than on a part of the way to it.
+/// Differences below the part [`ROUNDING`] of the acceleration are rounding.
 const GROWS: f64 = 16.0;
 const ROUNDING: f64 = 1e-7;
 

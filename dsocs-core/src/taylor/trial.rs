@@ -5,8 +5,8 @@ use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use super::watch::End;
 
-/// The order of a step at a point where the higher derivatives do not exist or are rounding, as at the zero
-/// of a power. It is used if the step would be less than the next part of the last one.
+/// The order of a step at a point where the higher derivatives do not exist or are rounding, as at the zero of a power. It is used if the
+/// step would be shorter than the part [`LOST`] of the last one.
 const ROUGH: usize = 2;
 const LOST: f64 = 1e-8;
 

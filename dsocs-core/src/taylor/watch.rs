@@ -28,8 +28,8 @@ const CLEARINGS: u32 = 12;
 /// Largest number of evaluations to locate a switch.
 const EVALUATIONS: u32 = 200;
 
-/// A step below this part of the time since the last switch is short; then a zero that an argument's first
-/// terms predict within the next number of such steps is tried.
+/// A step below this part of the time since the last switch is short; then a zero that an argument's first terms predict within [`AHEAD`]
+/// such steps is tried.
 const SHORT: f64 = 0.01;
 const AHEAD: f64 = 8.0;
 
