@@ -2,7 +2,7 @@
 //! nothing is derived: [`crate::mechanics`] forms the equations, [`crate::passes`] make them fast,
 //! [`crate::program`] turns them into operations and [`crate::recurrences`] into those of Taylor series.
 //!
-//! Rust is written for what a run evaluates often, the tape for everything.
+//! Rust is written for the functions that a run evaluates often, the tape for all.
 
 mod assemble;
 mod data;

@@ -226,8 +226,8 @@ impl Graph {
         self.node(id).parts()
     }
 
-    /// The expressions that some expressions are made of, with these, each once; without those that are not
-    /// `wanted` and what occurs in them alone.
+    /// The given expressions and their subexpressions, each once; without those that are not `wanted`, and without those that occur only in
+    /// such.
     pub(crate) fn subexpressions(
         &self,
         of: impl IntoIterator<Item = NodeId>,

@@ -8,8 +8,8 @@
 use super::{Comparison, Graph, Memory, Node, NodeId, Pass, Unary};
 use crate::hash::{HashMap, HashSet};
 
-/// Largest number of comparisons and absolute values in an expression whose pieces are told apart: their number
-/// may grow as a power of it.
+/// Largest number of comparisons and absolute values in an expression that is divided into its pieces: the number of pieces may grow as a
+/// power of it.
 const MOST: usize = 4;
 
 /// An expression by its pieces.

@@ -63,7 +63,7 @@ impl Graph {
         }
     }
 
-    /// The same operation on its rewritten operands.
+    /// A node of the same operation, with its operands rewritten.
     pub(crate) fn rewrite_parts(&mut self, id: NodeId, pass: &mut impl Pass) -> NodeId {
         let before = self.parts(id);
         let parts: Vec<NodeId> = before.iter().map(|&part| self.rewrite(part, pass)).collect();
@@ -88,7 +88,7 @@ impl Graph {
         }
     }
 
-    /// The same operation on other operands, in the order of [`Graph::parts`].
+    /// A node of the same operation with other operands, in the order of [`Graph::parts`].
     pub(super) fn rebuild(&mut self, id: NodeId, parts: &[NodeId]) -> NodeId {
         match &*self.shared_node(id) {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,

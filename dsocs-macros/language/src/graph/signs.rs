@@ -44,8 +44,8 @@ impl Graph {
         (terms.len() == others.len() && fit && fits(constant, other)).then_some(ratio)
     }
 
-    /// A simpler expression of the same sign: `s` for `s³`, `|s| s` and `∛s`. At a multiple root, or where a
-    /// derivative is infinite, a sign could be told with few digits only.
+    /// A simpler expression of the same sign: `s` for `s³`, `|s| s` and `∛s`. At a multiple root, or where a derivative is infinite, the sign
+    /// of the expression itself is accurate to few digits only.
     pub(super) fn of_same_sign(&mut self, a: NodeId) -> NodeId {
         let (terms, constant) = self.terms(a);
         let &[(term, c)] = &terms[..] else {

@@ -1,8 +1,7 @@
 //! The functions of one argument, each a line of one table.
 //!
-//! A new function also has a recurrence in [`crate::recurrences`], which the compiler asks for, and its place in
-//! `dsocs_core::tape`. Where its change can be formed without cancellation, [`difference`](Graph::difference)
-//! knows how.
+//! A new function also needs a recurrence in [`crate::recurrences`] (the compiler requires it) and a code in `dsocs_core::tape`. If its
+//! change can be formed without cancellation, [`difference`](Graph::difference) has a rule for it.
 
 use super::{Graph, NodeId};
 

@@ -136,7 +136,8 @@ impl Lowering<'_> {
         self.check_order_below(limit, value, expr, message)
     }
 
-    /// As [`Lowering::expr_of_order_below`], for a value that is known: a number, or a component of a vector.
+    /// Checks that the order of a value, a number or a component of a vector, is below a limit, and returns the value; `message` is the
+    /// error.
     pub(crate) fn check_order_below(
         &mut self,
         limit: usize,

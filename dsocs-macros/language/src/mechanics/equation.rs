@@ -6,8 +6,7 @@ use crate::graph::{Leaf, NodeId};
 #[derive(Clone, Copy)]
 pub(crate) struct Equation {
     pub(crate) value: NodeId,
-    /// The same expression with differences formed by subtraction. It loses digits; its derivatives do not,
-    /// and are shorter.
+    /// The value with differences formed by subtraction. It loses digits; its derivatives do not, and are shorter.
     pub(crate) by_subtraction: NodeId,
     pub(crate) divide: Option<NodeId>,
     pub(crate) pivots: Pivots,

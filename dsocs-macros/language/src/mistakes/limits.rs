@@ -40,7 +40,7 @@ pub fn within_limits<T>(work: impl FnOnce() -> T) -> Result<T, Mistake> {
     within_cost(MOST, work)
 }
 
-/// As [`within_limits`], with a given limit for the cost.
+/// Runs some work on a text within the limits of [`within_limits`], with the given limit for the cost.
 fn within_cost<T>(most: u64, work: impl FnOnce() -> T) -> Result<T, Mistake> {
     LEFT.set(Some(most));
     let result = catch_unwind(AssertUnwindSafe(work));

@@ -120,7 +120,7 @@ impl fmt::Display for Mistake {
 }
 
 impl fmt::Debug for Mistake {
-    /// The same text as `Display`, because `main` and `unwrap` print it for people.
+    /// The text of `Display`, because `main` and `unwrap` print `Debug` for people.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, formatter)
     }

@@ -131,7 +131,7 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
     }
 }
 
-/// A statement, as far as its syntax tells the kind.
+/// A statement, and its kind as far as the syntax determines it.
 enum StatementSyntax {
     /// `coordinates(…);`, which is no Rust statement because of its arrays.
     Coordinates(Ident, Vec<coordinates::Argument>),

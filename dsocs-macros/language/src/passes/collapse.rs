@@ -143,7 +143,7 @@ impl Collapse {
         graph.sum(&terms)
     }
 
-    /// The expression as a polynomial in the variables; `None` if it is none of low degree.
+    /// The expression as a polynomial in the variables; `None` if it is not one of low degree.
     fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
         if let Some(known) = self.polynomials.get(&id) {
             return known.clone();

@@ -1,9 +1,8 @@
 //! Constants multiplied into sums.
 //!
-//! `l (a x + b y)` costs one product more than `(l a) x + (l b) y`, whose constants are known when the run
-//! begins. And an equation in which every term has one constant of its own shares products with the others:
-//! the coefficients of a mass matrix, say, are symmetric. So a sum that is used once, as a factor beside
-//! constants, is multiplied out.
+//! `l (a x + b y)` costs one product more than `(l a) x + (l b) y`, whose constants are known when the run begins. And equations in which
+//! every term has a single constant share products: the coefficients of a mass matrix, say, are symmetric. So a sum that is used once, as a
+//! factor beside constants, is multiplied out.
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass};
 use crate::hash::{HashMap, HashSet};

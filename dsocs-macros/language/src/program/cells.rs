@@ -16,7 +16,7 @@ use crate::hash::HashMap;
 /// The most operations of a program that is written without loops over similar operations.
 const MOST_WITHOUT_CELLS: usize = 8000;
 
-/// The kind of an operation: what similar operations have in common.
+/// The kind of an operation: the property by which operations are similar.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) enum Kind {
     Constant(Bits),

@@ -1,7 +1,7 @@
 //! Pairs of terms that always occur together in sums.
 //!
-//! The acceleration of a link has two terms, `cⱼ aⱼ` and `sⱼ vⱼ²`, with one factor in every row. Joined into
-//! one term, they are what a sum along the chain adds from link to link.
+//! The acceleration of a link has two terms, `cⱼ aⱼ` and `sⱼ vⱼ²`, with the same ratio of coefficients in every row. Joined, they are one
+//! term, which is added at each link of the sum along a chain.
 
 use crate::graph::{Graph, NodeId};
 use crate::hash::{HashMap, HashSet};

@@ -1,5 +1,4 @@
-//! The plan of the recurrences: what is computed, in which order, and from what. Code and data are written
-//! from it.
+//! The plan of the recurrences: the series to compute, their order, and their operands. Code and data are written from it.
 
 use std::collections::BTreeSet;
 

@@ -400,7 +400,7 @@ impl Sequences {
         for (place, &square) in self.squares.iter().enumerate() {
             self.places.insert([square; 2], Lane::Square(place));
         }
-        // what is left free in the last block is no obstacle
+        // if all products have known factors, the last block of lanes may be incomplete
         let whole = whole.map(|(known, others)| {
             if others == 0 {
                 known.div_ceil(lanes)

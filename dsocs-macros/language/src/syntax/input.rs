@@ -78,7 +78,7 @@ impl Fields {
         }
     }
 
-    /// The same fields, for a declaration that no compiler reads.
+    /// These fields, of a declaration that no compiler reads.
     pub(crate) fn without_compiler(self) -> Self {
         Self {
             without_compiler: true,

@@ -125,7 +125,7 @@ fn is_call(expression: &str, callee: &str, arguments: &[f64]) {
     assert!(wrt.is_empty());
 }
 
-/// As the attribute's documentation says: both compare by `<`, which does not hold for NaN.
+/// The attribute's documentation: both compare by `<`, which does not hold for NaN.
 #[test]
 fn the_smaller_and_the_larger_of_a_number_and_none() {
     // at x = 0.3

@@ -1,4 +1,4 @@
-//! `impl Compiled`: straight-line code for what a run evaluates often.
+//! `impl Compiled`: straight-line code of the functions that a run evaluates often.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;

@@ -89,8 +89,7 @@ impl Functions {
         }
     }
 
-    /// As [`Functions::on_numbers`], at dual numbers; `None` for a function that is called with plain numbers
-    /// only.
+    /// The value of a function at dual numbers, or its derivative; `None` for a function that is called with plain numbers only.
     pub(crate) fn on_duals(
         &self,
         graph: &Graph,

@@ -65,9 +65,9 @@ enum OperandPlace {
 
 /// The operands of some operations in the same position.
 struct Slot {
-    /// The array, or the one value.
+    /// The array, or the single value.
     array: Array,
-    /// The index for every member; empty for one value.
+    /// The index for every member; empty for a single value.
     elements: Vec<usize>,
 }
 
@@ -365,7 +365,7 @@ impl<'a, 'g> Loops<'a, 'g> {
             Array::Argument(_) => None,
             Array::Kind(kind) => self.item_of_kind.get(kind).copied(),
         };
-        // whether a slot reads, cell by cell, what the group itself computes
+        // whether a slot reads, in the order of the cells, the results of the group itself
         let own = |slot: &Slot, item: usize| {
             needs(slot) == Some(item)
                 && matches!(slot.array, Array::Kind(_))
@@ -770,7 +770,7 @@ fn run_starts(count: usize, inputs: &[&Slot], orders: &[IndexOrder]) -> Vec<usiz
     std::iter::once(0).chain(breaks).collect()
 }
 
-/// As [`run_starts`], with the order that suits each array best.
+/// The run starts ([`run_starts`]), with the order that suits each array best.
 fn runs_of(count: usize, inputs: &[&Slot]) -> Vec<usize> {
     let inputs: Vec<&Slot> = inputs
         .iter()

@@ -1,4 +1,4 @@
-//! `impl Source`: the tape of a declaration, and what it calls.
+//! `impl Source`: the tape of a declaration, and the functions that it calls.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;

@@ -1,10 +1,9 @@
 //! Rows of many products, multiplied out and gathered again.
 //!
-//! The equations of a chain of `n` links have of the order of `n²` products of two functions of different
-//! links, most of which cancel or share a factor: `Σ_j m_ij (cᵢ cⱼ aⱼ + sᵢ sⱼ aⱼ)` is
-//! `cᵢ Σ_j m_ij cⱼ aⱼ + sᵢ Σ_j m_ij sⱼ aⱼ`, in which the products `cⱼ aⱼ` serve every row. A product of two
-//! series is what costs; a sum with constant coefficients is cheap. So rows are multiplied out, terms cancel,
-//! and shared factors are taken out, as in Horner's scheme.
+//! The equations of a chain of `n` links have of the order of `n²` products of two functions of different links, most of which cancel or
+//! share a factor: `Σ_j m_ij (cᵢ cⱼ aⱼ + sᵢ sⱼ aⱼ)` is `cᵢ Σ_j m_ij cⱼ aⱼ + sᵢ Σ_j m_ij sⱼ aⱼ`, in which the products `cⱼ aⱼ` serve every
+//! row. A product of two series is expensive, a sum with constant coefficients is cheap. So rows are multiplied out, terms cancel, and shared
+//! factors are taken out, as in Horner's scheme.
 
 use super::polynomial::{Expansion, Monomial};
 use crate::graph::{Graph, Leaf, NodeId};
@@ -24,8 +23,7 @@ impl Expansion {
 pub(crate) enum Ties {
     /// The last one.
     Last,
-    /// The one whose cofactors have the fewest coordinates: what is left is more likely to occur in other
-    /// rows, too.
+    /// The one whose cofactors have the fewest coordinates: such a cofactor is more likely to occur in other rows, too.
     FewestCoordinates,
 }
 

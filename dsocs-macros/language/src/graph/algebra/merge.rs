@@ -1,8 +1,8 @@
 //! One expression for all that are equal.
 //!
-//! Elimination and division leave `I/h + J/h` in one place and `(I + J)/h` in another. Their difference would be
-//! rounding noise. Here every expression is replaced by the shortest one that is equal to it as a rational function
-//! ([`Graph::fingerprint`] tells), so that such differences vanish by themselves and nothing is computed twice.
+//! Elimination and division leave `I/h + J/h` in one place and `(I + J)/h` in another. Their difference would be rounding noise. Here every
+//! expression is replaced by the shortest one that is equal to it as a rational function (by its [`Graph::fingerprint`]), so that such
+//! differences vanish by themselves and nothing is computed twice.
 
 #![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
 

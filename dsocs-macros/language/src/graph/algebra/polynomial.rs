@@ -15,7 +15,7 @@ pub(crate) type Monomial = Vec<(NodeId, i32)>;
 /// Monomials and their constant coefficients.
 pub(crate) type Polynomial = BTreeMap<Monomial, NodeId>;
 
-/// A sum that is no polynomial but a factor: its constant coefficient, and what is left of it.
+/// Splits a sum that is kept as one factor, not multiplied out, into its constant coefficient and the remaining factor.
 type AsFactor = fn(&mut Graph, NodeId) -> Option<[NodeId; 2]>;
 
 /// Multiplies expressions out, each once.

@@ -20,9 +20,8 @@ pub(crate) struct Change {
 }
 
 impl Graph {
-    /// The change of `id`, given the changes of its leaves. `late(leaf)` tells which leaves of the result are
-    /// known last, so that products keep them out of all but one term. With `whole`, factors that do not
-    /// change are taken out of the change.
+    /// The change of `id`, given the changes of its leaves. `late(leaf)` holds for the leaves of the result that are known last: products
+    /// keep them out of all but one term. With `whole`, factors that do not change are taken out of the change.
     pub(crate) fn difference(
         &mut self,
         id: NodeId,

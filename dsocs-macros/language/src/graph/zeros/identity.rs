@@ -79,7 +79,7 @@ impl Graph {
         result
     }
 
-    /// As [`Graph::residue`], with some residues given: a given one is taken, whatever the node is.
+    /// The value of [`Graph::residue`], with the residues of some nodes given: these are used, whatever the nodes are.
     pub(crate) fn residue_with(&self, id: NodeId, point: usize, known: &mut Residues) -> Option<u64> {
         if let Some(&known) = known.get(&id) {
             return known;

@@ -21,7 +21,7 @@ impl Graph {
         (power != OF_ZERO).then_some(power)
     }
 
-    /// As [`Graph::power_of_step`], with the powers found so far.
+    /// The power of [`Graph::power_of_step`], by the powers found so far; [`OF_ZERO`] for zero.
     fn power(&self, id: NodeId, known: &mut HashMap<NodeId, i32>) -> i32 {
         if let Some(&power) = known.get(&id) {
             return power;

@@ -25,7 +25,7 @@ pub(crate) enum Builtin {
     Powi,
 }
 
-/// The functions that are made of others, by name.
+/// The functions that are composed of other functions, by name.
 const COMPOSED: [(&str, Builtin); 14] = [
     ("exp2", Builtin::One(exp2)),
     ("log10", Builtin::One(|g, x| ln_over(g, x, LN_10))),

@@ -40,8 +40,7 @@ pub(crate) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), 
     wrong
 }
 
-/// The number of time derivatives after which the first row is a multiple of the second; `None` if it is none
-/// for certain.
+/// The number of time derivatives after which the first row is a multiple of the second; `None` if this is not certain of any number.
 fn derivatives_to_multiple(graph: &mut Graph, first: &Row, second: &Row) -> Option<usize> {
     let discrete = [first, second].iter().any(|row| row.discrete.is_some());
     if discrete || first.order > second.order || second.order > 2 {

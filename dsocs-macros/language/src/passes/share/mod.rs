@@ -42,8 +42,8 @@ impl Shared {
         Self::find_beyond(in_order(products), 0)
     }
 
-    /// As [`Shared::find`], for sorted products without repetitions that are already made of `known` parts;
-    /// new parts are numbered from there on.
+    /// Finds the shared parts of sorted products without repetitions that already contain `known` parts; new parts are numbered from there
+    /// on.
     fn find_beyond(products: Vec<Product>, known: usize) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
         let (factors, numbered) = numbered(&originals);
@@ -85,7 +85,7 @@ impl Shared {
         self.searched(&product).cloned().unwrap_or(product)
     }
 
-    /// As [`Shared::product`], but `None` if the product is none of those that were searched.
+    /// The product in terms of shared parts; `None` if it is none of those given to [`Shared::find`].
     pub(crate) fn searched(&self, product: &Product) -> Option<&Product> {
         if size(product) < 2 {
             return None;

@@ -22,9 +22,8 @@ pub(crate) struct Nested {
 }
 
 impl Nested {
-    /// Finds lists inside others. Each list takes the largest one that it contains, then the largest that its
-    /// rest contains, and so on. Factors that occur in one list only are set apart from the rest, which other
-    /// lists may have.
+    /// Finds lists inside others. Each list takes the largest one that it contains, then the largest that its rest contains, and so on.
+    /// Factors that occur in one list only are separated from the rest of the list, which other lists may contain.
     pub(crate) fn of(given: impl IntoIterator<Item = Product>) -> Self {
         let given: Vec<Product> = given.into_iter().filter(|list| size(list) > 1).collect();
         let mut counts: HashMap<&Factor, usize> = HashMap::default();
