@@ -333,7 +333,7 @@ pub enum SetupError {
     AngularVelocity {
         /// The coordinate.
         rotation: String,
-        /// This first component.
+        /// The first component of the velocity.
         value: f64,
     },
     /// A rotation turns by more than a step allows in the first step.

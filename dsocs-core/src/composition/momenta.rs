@@ -70,7 +70,7 @@ pub(super) struct Node {
 pub(super) enum LegFailure {
     /// No solution of its equations was found.
     NotSolved(NewtonFailure),
-    /// It lies beyond a singularity of its equations.
+    /// The leg lies beyond a singularity of its equations.
     Singularity,
     /// Its solution does not continue the motion.
     Jump,

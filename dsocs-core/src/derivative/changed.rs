@@ -28,11 +28,11 @@ pub(super) struct DerivativesAtChange {
 /// The derivatives of a second difference, by columns.
 #[derive(Clone, Debug)]
 pub(super) struct Slopes {
-    /// By the coordinates of the node, one column each.
+    /// The derivatives by the coordinates of the node, a column for each.
     by_node: Vec<Vec<f64>>,
-    /// By the components of the increment, one column each.
+    /// The derivatives by the components of the increment, a column for each.
     by_increment: Vec<Vec<f64>>,
-    /// By the parameters before the node, and by those after it, one column each.
+    /// The derivatives by the parameters before the node, and by those after it, a column for each.
     by_parameters: [Vec<Vec<f64>>; 2],
 }
 

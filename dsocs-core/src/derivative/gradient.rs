@@ -250,12 +250,12 @@ impl Costs<'_, '_> {
 
 /// The derivatives of the cost by the first two nodes of a piece, and by the parameters.
 struct Adjoint {
-    /// By the node and by the increment of the step after.
+    /// The derivatives by the node and by the increment of the step after.
     q: Vec<f64>,
     d: Vec<f64>,
-    /// By the second difference of the last step; workspace.
+    /// The derivative by the second difference of the last step; workspace.
     e: Vec<f64>,
-    /// By the parameters, stretch by stretch.
+    /// The derivatives by the parameters, stretch by stretch.
     parameters: Vec<Vec<f64>>,
 }
 

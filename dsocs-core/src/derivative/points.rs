@@ -78,8 +78,8 @@ impl Equations {
         }
     }
 
-    /// For a component of a node's quaternion: its number, and the number and the first place of its
-    /// rotation.
+    /// The rotation of a node's quaternion component: its number among the four, the number of the rotation, and the rotation's first place.
+    /// `None` for another role.
     fn of_rotation(&self, role: Role) -> Option<(usize, usize, usize)> {
         let Role::Node(i) = role else { return None };
         let mut rotations = self.rotations.iter().enumerate();

@@ -14,11 +14,11 @@ use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
 pub(super) struct Slopes {
     /// The number of coordinates.
     coordinates: usize,
-    /// By the coordinates of the position, one row for each component.
+    /// The derivatives by the coordinates of the position, a row for each component.
     by_q: Vec<f64>,
-    /// By the components of the velocity, in the same order.
+    /// The derivatives by the components of the velocity, a row for each component.
     by_v: Vec<f64>,
-    /// By the parameters, one vector each.
+    /// The derivatives by the parameters, a vector for each.
     by_parameters: Vec<Vec<f64>>,
 }
 

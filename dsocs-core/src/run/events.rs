@@ -539,7 +539,7 @@ pub(super) struct ShiftedSeries {
     t: f64,
     order: usize,
     dimension: usize,
-    /// By order, each order a vector.
+    /// The coefficients of the velocity, a vector for each order; then those of the position.
     v: Vec<f64>,
     q: Vec<f64>,
 }

@@ -41,14 +41,14 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// For a Taylor series.
+    /// The resolution for a Taylor series.
     pub const SERIES: Self = Self {
         tail: 1e-9,
         depth: 12,
         joins: true,
     };
 
-    /// For a polynomial between two nodes, which is less exact itself.
+    /// The resolution for a polynomial between two nodes, which is itself less accurate.
     pub const NODES: Self = Self {
         tail: 1e-9,
         depth: 4,

@@ -1,4 +1,4 @@
-//! When an iteration has converged.
+//! Rules for the end of an iteration.
 //!
 //! The rules stand here once, for every iteration of this crate: that of one trajectory ([`super::newton`]), that of
 //! several in lanes ([`crate::ensemble`]) and that for the accelerations of a Taylor series ([`crate::taylor`]).

@@ -1,10 +1,10 @@
-//! Why Newton's iteration ends without a root.
+//! Reasons why Newton's iteration ends without a root.
 
 use core::fmt;
 
 use crate::number::message::{Magnitude, Numbers};
 
-/// Why Newton's iteration ended without a root.
+/// The reason why Newton's iteration ended without a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StepFailure {
     /// A row of the equations or of their Jacobian is infinite or not a number.
@@ -57,10 +57,10 @@ impl fmt::Display for StepFailure {
     }
 }
 
-/// A failed Newton iteration: why it ended, and its history.
+/// A failed Newton iteration: the reason, and the history.
 #[derive(Clone, PartialEq)]
 pub struct NewtonFailure {
-    /// Why it ended.
+    /// The reason why it ended.
     pub reason: StepFailure,
     /// The unknowns where it ended.
     pub unknowns: Vec<f64>,

@@ -177,7 +177,7 @@ pub(crate) trait Components<T: Copy = f64>: Clone + AsRef<[T]> + AsMut<[T]> {
 
 impl<T: Copy, Z: Clone + AsRef<[T]> + AsMut<[T]>> Components<T> for Z {}
 
-/// Equations as the first three iterations use them, which are part of every step.
+/// The equations in the first three iterations, which are part of every step.
 pub(crate) trait Quick {
     /// The unknowns.
     type Z: Components;
@@ -632,7 +632,7 @@ impl Newton<'_> {
         }
     }
 
-    /// Why there is no update at `z`: an exact root, a singular Jacobian, or rows that are not finite.
+    /// The result at `z` without an update: an exact root, a singular Jacobian, or rows that are not finite.
     #[cold]
     fn without_update(&self, z: Vector, at: &Linearized) -> Evaluated {
         let rows = at.rows.clone();

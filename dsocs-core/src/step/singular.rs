@@ -69,11 +69,11 @@ pub(crate) fn are_opposite(one: &Determined, other: &Determined) -> bool {
 /// Change of the determinant of the equations for the acceleration from one place to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DeterminantChange {
-    /// It changes little, or does not come near to zero.
+    /// The determinant changes little, or does not come near to zero.
     Little,
-    /// It may pass zero within the next four steps, or has passed it.
+    /// The determinant may pass zero within the next four steps, or has passed it.
     Falls,
-    /// It grows so much that the motion comes from a place near zero.
+    /// The determinant grows so much that the motion comes from a place near zero.
     Rises,
 }
 

@@ -76,11 +76,11 @@ pub(crate) struct Differential {
     slopes: usize,
     /// Whether an operation may have an infinite slope on a branch that is not taken.
     branches: bool,
-    /// From each result to the inputs.
+    /// The products from each result to the inputs.
     back: Vec<ReverseSweep>,
-    /// From all results at once.
+    /// The products from all results at once.
     back_from_all: ReverseSweep,
-    /// From the inputs to the results.
+    /// The products from the inputs to the results.
     forward: Vec<Link>,
 }
 

@@ -223,11 +223,11 @@ pub(crate) struct Warning {
 /// Documentation, each in one line.
 #[derive(Clone, Debug)]
 pub(crate) struct Docs {
-    /// The first paragraph of the struct's.
+    /// The first paragraph of the struct's documentation.
     pub(crate) system: String,
-    /// That of each coordinate, in order.
+    /// The first paragraph of each coordinate's documentation, in order.
     pub(crate) coordinates: Vec<String>,
-    /// That of each observed expression, in order.
+    /// The first paragraph of each observed expression's documentation, in order.
     pub(crate) observe: Vec<String>,
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct Equation {
 pub(crate) enum Pivots {
     /// Any unknown.
     Any,
-    /// This one.
+    /// A single unknown.
     One(Leaf),
     /// None: the row is a constraint with several accelerations. The one it is solved for would be a
     /// difference of the others, with their absolute error: where a light arm turns against a heavy one, the

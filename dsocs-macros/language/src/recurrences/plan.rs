@@ -25,7 +25,7 @@ pub(crate) struct Plan {
     pub(crate) beyond_order_0: BTreeSet<Sequence>,
     /// The sequences that depend on accelerations that are solved for numerically.
     pub(crate) accelerated: BTreeSet<Sequence>,
-    /// Those of the latter that higher orders need once the accelerations are known.
+    /// The sequences among the latter that higher orders need once the accelerations are known.
     pub(crate) after_solve: BTreeSet<Sequence>,
     pub(crate) accelerations: Vec<Sequence>,
     pub(crate) rows: Vec<Sequence>,

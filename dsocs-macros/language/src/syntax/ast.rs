@@ -184,7 +184,7 @@ pub(crate) struct Directions {
     pub(crate) lets_before: usize,
 }
 
-/// How the variational constraints are given.
+/// The way in which the variational constraints are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     /// By fields that span `C_V`.

@@ -15,7 +15,7 @@ pub(super) struct Names {
     constants: Vec<Ident>,
     /// The names that occur in expressions.
     mentioned: HashSet<String>,
-    /// Those of them that occur outside the values of parameters.
+    /// The mentioned names that occur outside the values of parameters.
     beyond_values: HashSet<String>,
 }
 

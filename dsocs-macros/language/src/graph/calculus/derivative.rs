@@ -17,9 +17,9 @@ pub(crate) enum Direction {
 
 /// The nodes that vary in a direction.
 enum VaryingNodes {
-    /// Those that depend on one of some leaves, given by their bits.
+    /// The nodes that depend on one of some leaves, given by their bits.
     WithLeaves { bits: [usize; 2 * SLOTS], count: usize },
-    /// Those that vary with time.
+    /// The nodes that vary with time.
     WithTime,
 }
 

@@ -58,7 +58,7 @@ const WORDS: [(&str, &str); 18] = [
     ("magnitude", "abs()"),
 ];
 
-/// Those of [`METHODS`] that may well be the user's own functions.
+/// The names of [`METHODS`] that may well be the user's own functions.
 const OFTEN_OWN: [&str; 3] = ["square", "squared", "cubed"];
 
 /// Methods of vectors under names of other languages, and the method to use here.

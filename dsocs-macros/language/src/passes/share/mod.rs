@@ -143,7 +143,7 @@ fn narrow(number: usize) -> u32 {
 
 /// The products that have a pair of factors.
 struct ProductsWithPair {
-    /// Those that had it at first, in order.
+    /// The products that had it at first, in order.
     found: Vec<u32>,
     /// The number of those that still have it.
     count: usize,
