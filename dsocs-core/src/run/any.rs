@@ -253,7 +253,7 @@ impl OwnedNode {
         run.write_node(self.room());
     }
 
-    /// Makes room for the nodes of a run.
+    /// Allocates for the nodes of a run.
     fn fit<R: Run + ?Sized>(&mut self, run: &R) {
         let coordinates = run.kernel().shape().dimension();
         if coordinates != self.coordinates {

@@ -35,7 +35,7 @@ pub enum RunError {
     /// The time to run to is not a number, or it is infinite and nothing else can end the run.
     #[error("the run cannot go until t = {until}")]
     Until {
-        /// The time asked for.
+        /// The requested time.
         until: f64,
     },
     /// The function of an event has no value or no derivatives.
@@ -58,7 +58,7 @@ crate::debug_is_message!(RunError);
     with_the_step(*.h)
 )]
 pub struct TimeBehind {
-    /// The time asked for.
+    /// The requested time.
     pub until: f64,
     /// The current time.
     pub time: f64,

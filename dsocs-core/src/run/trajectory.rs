@@ -40,10 +40,9 @@ impl<const N: usize> Trajectory<N> {
         self.nodes.iter()
     }
 
-    /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial
-    /// between the two neighbouring nodes. `None` outside. [`Polynomial::between`] gives the error. For a
-    /// system with rotations the trajectory has to come from [`Stepper::until`](crate::Stepper::until): nodes
-    /// that were collected otherwise do not tell which of their numbers are a quaternion.
+    /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial between the two neighbouring
+    /// nodes. `None` outside. [`Polynomial::between`] gives the error. For a system with rotations the trajectory has to come from
+    /// [`Stepper::until`](crate::Stepper::until): a trajectory that was collected otherwise does not know which components are a quaternion.
     #[must_use]
     pub fn at(&self, t: f64) -> Option<Point<f64, N>> {
         let (first, last) = (self.nodes.first()?, self.nodes.last()?);

@@ -18,7 +18,7 @@ pub(super) const OBEYED: f64 = 1e-12;
 /// Largest number of iterations of a projection.
 const MAX_ITERATIONS: usize = 50;
 
-/// A row of this part of its terms is zero except for its own rounding.
+/// A row up to this part of its terms is zero to within its own rounding.
 const ROUNDED: f64 = f64::EPSILON;
 
 /// A projection has converged once its updates are below this part of the unknowns.

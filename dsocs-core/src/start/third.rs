@@ -28,7 +28,7 @@ use leaving::leaving;
 /// Largest number of iterations for a nearest point.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates below this part are rounding, in the search for a nearest point.
+/// In the search for a nearest point, updates below this part of the point are rounding.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// Forms below this part of the largest count as zero.

@@ -67,7 +67,7 @@ pub(super) struct ComparedRoot {
     pub continuation: Continuation,
 }
 
-/// The only one of two roots that is supported.
+/// The root that is supported, if only one of two is.
 fn one_of(found: bool, other: bool) -> Option<Candidate> {
     match (found, other) {
         (true, false) => Some(Candidate::First),

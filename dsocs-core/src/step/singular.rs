@@ -160,8 +160,7 @@ fn minimum(function: &dyn Fn(f64) -> f64, [mut from, mut to]: [f64; 2]) -> f64 {
     0.5 * (from + to)
 }
 
-/// The first singularity on a path through some places that no motion leads past. Accelerations are searched
-/// near `near`.
+/// The first singularity on a path through some places, of those that no motion leads past. Accelerations are searched near `near`.
 #[cold]
 pub(crate) fn on_path(declaration: &Declaration<'_>, path: &[Place], near: &[f64]) -> Option<Singularity> {
     let rotations = &declaration.shape().rotations;

@@ -228,7 +228,7 @@ impl<'s> Declaration<'s> {
         self.source
     }
 
-    /// Allocates on this thread all that steps and nodes of a run need.
+    /// Allocates the memory of this thread for the steps and nodes of a run.
     pub(crate) fn prepare(&self) {
         let tape = self.source.tape();
         Bounded::prepare(tape.program(Segment::Residual, Part::Head));

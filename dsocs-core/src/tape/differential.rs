@@ -464,7 +464,7 @@ impl Differential {
     }
 }
 
-/// Marks an operation and all that it depends on as needed.
+/// Marks an operation, and the operations on which it depends, as needed.
 fn mark(ops: &[Op], at: usize, needed: &mut [bool]) {
     let mut open = vec![at];
     while let Some(at) = open.pop() {

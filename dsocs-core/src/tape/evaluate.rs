@@ -36,7 +36,7 @@ pub trait Number: Scalar {
         polynomial(self, samples)
     }
 
-    /// Allocates on this thread all that evaluations of a program need.
+    /// Allocates the memory of this thread for evaluations of a program.
     fn prepare(program: &Program);
 }
 

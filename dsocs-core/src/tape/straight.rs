@@ -60,7 +60,7 @@ pub(super) enum OperationKind {
     Binary(Binary),
     /// An operation on two numbers, then one on its rounded result and a third number.
     Pair(First, Second),
-    /// The last three of its operands are stored apart.
+    /// A selection by a comparison; the last three of its four operands are stored apart.
     Select(Comparison),
     /// A function of one number.
     Call(u32),
@@ -117,7 +117,7 @@ pub(crate) struct MemoryLayout {
     length: usize,
 }
 
-/// The numbers of several programs, with a record of whose constants stand in them.
+/// The numbers of several programs, and the layout whose constants stand among them.
 #[derive(Debug)]
 pub(crate) struct ProgramMemory {
     numbers: Vec<f64>,

@@ -12,9 +12,9 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// By the parabola through three nodes, with the generated code of the step.
+    /// The parabola through three nodes joins the legs, with the generated code of the step.
     AnyLegs,
-    /// By the momenta at the nodes. They are evaluated on the tape, which is slower.
+    /// The momenta at the nodes join the legs. They are evaluated on the tape, which is slower.
     Momenta,
     /// None: there is a constraint on positions or velocities (of order 0 or 1).
     LowerOrder,

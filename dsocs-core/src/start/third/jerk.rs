@@ -15,7 +15,7 @@ use crate::tape::declaration::Declaration;
 /// Largest number of iterations for a jerk.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates below this part are rounding.
+/// Updates below this part of the largest unknown are rounding.
 const SETTLED: f64 = 64.0 * f64::EPSILON;
 
 /// The derivatives of rows by the unknowns, one column each.

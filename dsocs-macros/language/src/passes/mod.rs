@@ -158,9 +158,8 @@ struct Eliminated {
 
 /// The first pass of a step: the symbolic elimination.
 fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Eliminated {
-    // eliminate: a row is solved for a second difference or a multiplier if the coefficient depends on the
-    // parameters and `h` alone and has to be nonzero. First, since every row that goes spares the later
-    // passes work.
+    // eliminate: a row is solved for a second difference or a multiplier if the coefficient depends on the parameters and `h` alone and has
+    // to be nonzero. This comes first, because every row that is eliminated saves the later passes work.
     let unknown = (0..n).map(Leaf::E).chain((0..multipliers).map(Leaf::Lambda));
     let mut system = Elimination::new(rows, unknown);
     system.run(

@@ -37,9 +37,9 @@ pub(crate) struct Running {
 }
 
 impl Running {
-    /// The groups of some terms. With `of_powers`, the least power of a factor is taken out; else only powers
-    /// that are equal in all terms. The second is cheaper where the factors are not numbers when the sum is
-    /// formed: a power that is there costs nothing, a further one does.
+    /// The groups of some terms. With `of_powers`, the least power of a factor is taken out; else only powers that are equal in all terms.
+    /// The latter is cheaper if the factors are not yet numbers when the sum is formed: a power that is computed anyway costs nothing,
+    /// another one does.
     pub(crate) fn of(mut items: Vec<SplitTerm>, of_powers: bool) -> Self {
         let common = take_common(&mut items, of_powers);
         let negative = items.iter().all(|item| item.coefficient < 0.0);

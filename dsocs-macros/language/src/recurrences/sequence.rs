@@ -216,13 +216,13 @@ impl Operand {
 /// The inner sum `Σ x_j y_{k-j}` over `0 < j < k`, by its index.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Lane {
-    /// Of two operands.
+    /// The sum of the products of two operands.
     Product(usize),
-    /// Of an operand with itself.
+    /// The sum of the products of an operand with itself.
     Square(usize),
 }
 
-/// The argument of a switch, which decides between pieces or shows that something narrow may be missed.
+/// The argument of a switch, which decides between pieces or shows that a narrow feature may be missed.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(crate) enum Argument {
     /// The argument of a function that depends on its sign.

@@ -239,8 +239,7 @@ fn segments(
     ]
 }
 
-/// The tables of samples as triples: the number of its call, 1 if it is differentiated or else 0, and its
-/// argument.
+/// The tables of samples, each as a triple: the number of its call, 1 if it is differentiated or else 0, and its argument.
 fn tables(switches: &Switches, calls: &mut Calls) -> Segment {
     let mut graph = switches.graph.clone();
     let mut all = Vec::with_capacity(3 * switches.tables.len());

@@ -12,9 +12,9 @@ pub(crate) type Valued = Result<Value, Reported>;
 pub(crate) enum Value {
     /// A number.
     Number(NodeId),
-    /// Its components, at least one.
+    /// The components of a vector, at least one.
     Vector(Vec<NodeId>),
-    /// Its rows, at least one, of the same length.
+    /// The rows of a matrix, at least one, of the same length.
     Matrix(Vec<Vec<NodeId>>),
     /// A unit quaternion, the scalar first.
     Rotation(Quaternion),

@@ -1,8 +1,7 @@
 //! Whether a declared factor divides its constraint.
 //!
-//! It does if the constraint is zero wherever the factor and the other equations of the continuous system
-//! are. That is tried at random points of this kind, found by Newton's method. A factor that cannot be tried
-//! is accepted: one without a zero, or with a user's function.
+//! It does if the constraint is zero wherever the factor and the other equations of the continuous system are. This is tested at random
+//! points of this kind, found by Newton's method. A factor that cannot be tested is accepted: one without a zero, or with a user's function.
 
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Kind, Model};
@@ -18,8 +17,8 @@ const ZERO: f64 = 1e-11;
 /// A constraint above this fraction of its terms counts as nonzero.
 const NOT_ZERO: f64 = 1e-6;
 
-/// Whether the factor declared for a constraint is certainly none: at every point found where it and all
-/// other equations are zero, the constraint is not.
+/// Whether an expression declared as a factor of a constraint certainly does not divide it: at every point found where it and all other
+/// equations are zero, the constraint is not.
 pub(crate) fn is_no_factor(model: &Model, place: usize) -> bool {
     let Some(factor) = model.constraints.get(place).and_then(|row| row.divide) else {
         return false;

@@ -21,8 +21,7 @@ pub(crate) struct Sides {
 /// The declaration with sides, if its external forces, its kinematic constraints, or the directions of its
 /// constraint forces jump with the velocity.
 ///
-/// `None` also for constraints of third order or with factors to divide out, because sticking is not looked
-/// for there.
+/// `None` also for constraints of third order or with factors to divide out, where bodies are not made to stick.
 pub(crate) fn sides(model: &Model) -> Option<Sides> {
     let divided = |row: &Row| row.divided || row.divide.is_some();
     if model.order() > 2 || model.constraints.iter().any(divided) {
@@ -45,7 +44,7 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     if !rows.chain(&model.external_forces).chain(directions).any(jumps) {
         return None;
     }
-    // the jumps are found first: they tell which corners have a side, wherever these occur
+    // the jumps are found first: their arguments determine which corners have a side, wherever these occur
     let mut jumps = model.clone();
     let arguments = substitute_sides(&mut jumps, Signs::default());
     let mut model = Model {
@@ -90,8 +89,7 @@ struct Signs {
 }
 
 impl Signs {
-    /// The side of an argument; `None` unless it depends on velocities, and on positions and time at most
-    /// besides.
+    /// The side of an argument; `None` unless it depends on velocities, and otherwise on positions and time at most.
     fn of(&mut self, graph: &mut Graph, argument: NodeId) -> Option<NodeId> {
         let is_motion = graph
             .leaves(argument)

@@ -13,7 +13,7 @@ impl Writer<'_> {
         Some([quote!(#table), quote!(#place)])
     }
 
-    /// Passes the coefficients of order 0 to the switches behind which something narrow may hide.
+    /// Passes the coefficients of order 0 to the switches near which the motion may have a narrow feature.
     pub(super) fn watch_narrow_features(&self) -> TokenStream {
         let table = local("table");
         let switches = self.plan.sequences.switches().iter().enumerate();
