@@ -40,9 +40,8 @@ use crate::system::System;
 /// # Rounding
 ///
 /// Position and velocity at the nodes are compensated sums. A stage adds the product `h v`, and between stages `h a` with half of both
-/// lengths is added, each rounded once.
-/// These rounding errors are as small as those of the solved accelerations, and no larger errors add up. After [`Stepper::reverse`] the flow
-/// adds the same products with the opposite sign, so it returns to its start to rounding.
+/// lengths is added, each rounded once. These rounding errors are as small as those of the solved accelerations, and no larger errors add up.
+/// After [`Stepper::reverse`] the flow adds the same products with the opposite sign, so it returns to its start to rounding.
 #[derive(Clone)]
 pub struct ComposedFlow<'s, const N: usize>(pub(crate) Composed<'s>);
 

@@ -3,7 +3,6 @@
 //! A leg that goes back in time does not notice a rest that begins or ends on it, and on a moving surface legs of different lengths rest at
 //! different velocities. So such a step is replaced by the paper's steps of a part of its length, all forward, with sides (see
 //! [`crate::regularity::sticking`]). It is of order 2, like every step in which the acceleration jumps.
-//! every step in which the acceleration jumps.
 
 use super::run::Composed;
 use super::stages::{ComposedState, State};

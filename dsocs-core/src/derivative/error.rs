@@ -47,7 +47,7 @@ pub enum DerivativeError {
     Scalar {
         /// The rotation.
         rotation: String,
-        /// The place that was asked for.
+        /// The requested place.
         index: usize,
     },
     /// The caller stopped the run.

@@ -96,6 +96,7 @@ impl<const N: usize> Path<'_, N> {
     /// println!("{} {:?}", gradient.cost, gradient.parameters);
     /// # Ok::<(), dsocs_core::DerivativeError>(())
     /// ```
+    ///
     /// For a rotation, `node.q` has the four numbers of its quaternion. Only the changes of the cost by turns are used, so the cost may
     /// depend on the norm in any way.
     ///

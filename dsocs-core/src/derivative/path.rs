@@ -71,8 +71,8 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`crate::Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
-    /// away; [`DerivativeError::Jump`] if a step has no root but a jump.
+    /// [`DerivativeError::Run`] with the errors of [`crate::Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is
+    /// less than a step away; [`DerivativeError::Jump`] if a step has no root but a jump.
     pub fn new<S: System<N>>(
         system: &'s S,
         h: f64,
@@ -105,9 +105,9 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`crate::Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
-    /// [`DerivativeError::NoLegs`] without values; [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic
-    /// constraints.
+    /// [`DerivativeError::Run`] with the errors of [`crate::Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`];
+    /// [`DerivativeError::Jump`] if a step has no root but a jump; [`DerivativeError::NoLegs`] without values;
+    /// [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic constraints.
     pub fn plan<S: System<N>, const U: usize>(
         system: &'s S,
         h: f64,

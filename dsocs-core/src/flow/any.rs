@@ -123,7 +123,7 @@ impl<'s> AnyFlow<'s> {
     ///
     /// # Errors
     ///
-    /// See there.
+    /// The errors of [`Flow::advance_to`](crate::Flow::advance_to).
     pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
         self.0.advance_to(q2)
     }

@@ -146,7 +146,8 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Step`] if no solution of the step is found from there, [`GeometryError::Length`] as [`DiscreteFlow::forward`].
+    /// [`GeometryError::Step`] if no solution of the step is found from there, [`GeometryError::Length`] if the pair has another number of
+    /// coordinates.
     pub fn forward_near(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> Result<Triple, GeometryError> {
         let solution = self.solved(leg, WantedSolution::Near(e))?;
         Ok(Triple::new(leg, &solution.e))

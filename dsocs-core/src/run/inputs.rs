@@ -72,10 +72,9 @@ pub trait Inputs<const N: usize>: Stepper<N> {
     ///
     /// # Errors
     ///
-    /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if the parameter stands in a holonomic constraint
-    /// or inside a `dot(…)`;
-    /// [`RunError::Setup`] if the motion cannot go on with the value, for example because no acceleration is found.
-    /// The run then stays as it was.
+    /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if the parameter stands in a holonomic constraint or
+    /// inside a `dot(…)`; [`RunError::Setup`] if the motion cannot go on with the value, for example because no acceleration is found. The
+    /// run then stays as it was.
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
         self.run_mut().set_input(parameter, value)
     }

@@ -1,4 +1,4 @@
-//! One expression for all that are equal.
+//! One representative for all equal expressions.
 //!
 //! Elimination and division leave `I/h + J/h` in one place and `(I + J)/h` in another. Their difference would be rounding noise. Here every
 //! expression is replaced by the shortest one that is equal to it as a rational function (by its [`Graph::fingerprint`]), so that such

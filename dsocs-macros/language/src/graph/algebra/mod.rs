@@ -1,6 +1,6 @@
 //! Rewritings that make expressions shorter, by algebra alone.
 //!
-//! - [`merge`]: one expression for all that are equal;
+//! - [`merge`]: one representative for all equal expressions;
 //! - [`simplify`]: common factors of sums, squares of roots;
 //! - [`polynomial`]: expressions multiplied out;
 //! - [`horner`]: rows multiplied out and gathered by shared factors;

@@ -33,8 +33,7 @@ pub(crate) struct Slopes {
 type AtomValue = (NodeId, u64);
 
 impl Graph {
-    /// Whether the determinant of `slopes` is zero wherever the coefficient is, an expression of the
-    /// parameters and `h`.
+    /// Whether the determinant of `slopes` is zero wherever the coefficient, an expression of the parameters and `h`, is zero.
     pub(crate) fn has_to_be_nonzero(&mut self, coefficient: NodeId, slopes: &Slopes) -> bool {
         if let Node::Product(factors) = self.node(coefficient).clone() {
             return factors
