@@ -46,8 +46,8 @@
 //! 4. Position, velocity and time are compensated sums.
 //!
 //! Your own Rust functions are called with [`Jet`]s, once for each order. This is slower than generated code. The functions have to be
-//! generic over their number type ([`crate::Real`]), even if the discrete step never
-//! differentiates them, and they have to do the same in each call.
+//! generic over their number type ([`crate::Real`]), even if the discrete step never differentiates them, and they have to do the same
+//! in each call.
 //!
 //! # Limits
 //!

@@ -73,8 +73,8 @@ impl Integrator {
 
     /// Whether the trial step may have passed a zero of the determinant, from the sizes of the acceleration at
     /// its end and of the difference from that of its series. If the acceleration is an explicit quotient, the
-    /// sign of the determinant is not computed with it, and the difference tells. With a large tolerance such
-    /// a step may be short enough to be accepted.
+    /// sign of the determinant is not computed with it, and only the difference shows the zero. With a large
+    /// tolerance such a step may be short enough to be accepted.
     #[inline(always)]
     pub(super) fn may_pass_zero(&self, [acceleration, defect]: [f64; 2]) -> bool {
         defect >= TORN * acceleration && defect > 0.0 || self.changes_sign()
