@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 GUIDE = PACKAGE.parent / "src" / "guide"
 
 #: Chapters with Python listings, by their names. Those of `many_runs` read the tables of a sweep, which this package does not make.
-CHAPTERS = ["constraints", "control", "methods", "python", "rotations", "time_forces_inputs"]
+CHAPTERS = ["constraints", "control", "methods", "python", "rotations", "time_forces_inputs", "two_roots"]
 PAGES = {**{name: GUIDE / f"{name}.md" for name in CHAPTERS}, "package": PACKAGE / "README.md", "project": PACKAGE.parents[1] / "README.md"}
 
 
