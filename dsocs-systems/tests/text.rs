@@ -504,11 +504,19 @@ fn the_listings_of_the_book_run() {
     let book = include_str!("../src/guide/text_files.md");
     let readme = include_str!("../../README.md");
     let others = [
+        include_str!("../src/guide/constraints.md"),
+        include_str!("../src/guide/control.md"),
+        include_str!("../src/guide/declaration.md"),
+        include_str!("../src/guide/maps.md"),
         include_str!("../src/guide/rotations.md"),
         include_str!("../src/guide/symmetry.md"),
+        include_str!("../src/guide/the_paper.md"),
+        include_str!("../src/guide/time_forces_inputs.md"),
+        include_str!("../src/guide/two_roots.md"),
     ];
     let others = others.into_iter().flat_map(listings);
     let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("motor.csv"), "0, 0\n1, 2\n2, 0\n").unwrap();
     let mut count = 0;
     for listing in listings(book).into_iter().chain(listings(readme)).chain(others) {
         if !listing.starts_with("//!") {
@@ -522,9 +530,9 @@ fn the_listings_of_the_book_run() {
             "{listing}{stderr}"
         );
         // the library reads it, too
-        assert!(Text::parse("swing", listing).is_ok());
+        assert!(Text::read(folder.path().join("swing.dsocs")).is_ok());
     }
-    assert_eq!(count, 10);
+    assert_eq!(count, 22);
     // a named run, and the mistake as the message shows it
     let all = listings(book);
     fs::write(folder.path().join("swing.dsocs"), all[0]).unwrap();
