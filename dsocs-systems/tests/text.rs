@@ -532,7 +532,7 @@ fn the_listings_of_the_book_run() {
         // the library reads it, too
         assert!(Text::read(folder.path().join("swing.dsocs")).is_ok());
     }
-    assert_eq!(count, 22);
+    assert_eq!(count, 23);
     // a named run, and the mistake as the message shows it
     let all = listings(book);
     fs::write(folder.path().join("swing.dsocs"), all[0]).unwrap();
