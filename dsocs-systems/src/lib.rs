@@ -12,13 +12,13 @@
 //! |---|---|---|
 //! | `systems` | `systems` | one file for each system: its declaration, exact solutions or invariants, and its entry |
 //! | `entry` | `cli` | a system with its defaults, as the command line knows it |
-//! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list`, `completions`, `man` |
+//! | `cli` | `cli` | the commands `run`, `watch`, `check`, `stability`, `linearize`, `equilibrium`, `list`, `text`, `completions`, `man` |
 //! | `check` | `cli` | measures whether the paper's theorems hold on a motion |
 //! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |
 //! | `figure` | `cli` | draws plots; it contains no mechanics |
-//! | `sweep` | `sweep` | many runs by a plan, on one machine or on a cluster |
+//! | `sweep` | `sweep` | many runs by a plan, on one machine or on a cluster: the commands `sweep` and `plot` |
 //! | `guide` | `cli` | the book |
-//! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |
+//! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the program `dsocs`: this crate's systems, and the commands `paper`, `report` and `new` |
 //!
 //! The unit tests are built without the systems and without everything that uses them (`not(test)`), because a second build of the systems takes as
 //! long as the first. Tests that need a system of this crate are in the folder `tests`.

@@ -1,10 +1,11 @@
-//! The book: from a first system to how everything works. Every listing is compiled and run by `cargo test`.
+//! The book: from a first system to how everything works. `cargo test` compiles and runs every listing in Rust, and runs the text files.
+//! In each chapter the text file comes first, Python second, Rust third.
 //!
 //! | chapter | questions that it answers |
 //! |---|---|
 //! | [A system in a text file](text_files) | How do I write a system down, run it, plot it, without a compiler? |
-//! | [In Python](python) | How do I do this in Python? |
-//! | [Your own system in ten minutes](your_own_system) | How do I do the same in Rust? |
+//! | [In Python](python) | How do I do the same in Python? |
+//! | [Your own system in ten minutes](your_own_system) | How do I do the same in Rust, with a command line of my own? |
 //! | [The declaration](declaration) | Which statements are there? |
 //! | [The paper in code](the_paper) | Which formula is which statement? Where do our results differ from the paper's? |
 //! | [Constraints of every order and their forces](constraints) | Which statement do I use for my constraint? Which force does it have? |
@@ -14,10 +15,10 @@
 //! | [Linear models and equilibria](linear_models) | Is a state of rest stable? What is `A`, `B`, `C` for my controller? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
 //! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a digital controller? |
-//! | [Which method when](methods) | Do I use the discrete step, a composition, or a Taylor series? |
+//! | [Which method when](methods) | Do I use the discrete step, a composition, or a Taylor series? Which function does what on the command line, in Python and in Rust? |
 //! | [Many runs and clusters](many_runs) | How do I make ten thousand runs, on one machine or on a cluster? |
 //! | [Derivatives and optimisation](derivatives) | How do I fit parameters, or plan torques? |
-//! | [Two roots](two_roots) | What if a step has two solutions? |
+//! | [Two roots](two_roots) | What can I do if a step has two solutions? |
 //! | [When it fails](errors) | What does this error mean, and what helps? |
 //! | [The orders of the parts](orders) | How closely do `L_d`, `D_K`, `D_V` touch the exact ones, and which order follows? |
 //! | [Checks and hard cases](checks) | How do I know that a run is right? |
@@ -35,6 +36,11 @@
 //! | form | a one-form: the direction of a constraint force, with one component for each coordinate |
 //! | multiplier | the size `λ_j` of the constraint force along the form of one constraint |
 //! | map | the rule that gives a position, a velocity and an acceleration from the nodes of a leg or a triple |
+//! | discrete motion; continuous (or true) motion | the nodes that the equations of the steps determine; the solution of the differential equations |
+//! | root | a solution of the equations of a step |
+//! | jump, corner | a point where a function, or its derivative, is discontinuous |
+//! | projection | the change that moves a start onto the constraints on positions and velocities |
+//! | attitude | the rotation that turns vectors of a body into vectors of space |
 //! | bar | the limit that a measured value has to meet |
 //! | tape | the declaration as a list of operations, evaluated at run time where speed does not matter |
 //! | lane | one of the eight runs, or steps, that are computed side by side with SIMD instructions |
