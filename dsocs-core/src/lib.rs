@@ -31,20 +31,11 @@
 //! 1. The attribute implements [`System`]: the rows (scalar equations) of one step and their exact Jacobian as straight-line
 //!    code, the maps `φ`, the constraint force and the energy. This crate contains no particular system.
 //! 2. A [`Start`] and the step `h` give the first two nodes `q0`, `q1`.
-//! 3. The unknown of a step is the *second difference* `e = (q2 − q1) − (q1 − q0)`. Dividing differences of rounded
-//!    nodes by `h²` would lose digits, and more of them for a smaller `h`. With `e` as the unknown, the acceleration
-//!    `e/h²` has all its digits. The increment `q1 − q0` and the node are sums of second differences. Both sums are
-//!    compensated: each carries its rounding error with it. At `h = 1e-5` a particle is 1e-13
-//!    away from the exact discrete motion after 5·10⁷ steps
-//!    (`cargo test --release -p dsocs-tests --test core_units -- --ignored --nocapture`).
-//! 4. The first guess of Newton's iteration is extrapolated by a polynomial, of degree 5 at most, through the last
-//!    solutions. The iteration ends when its update is small: the error after an update is quadratic in the update, so
-//!    it is then below rounding. A smooth motion needs one evaluation of rows and Jacobian per step. If an update
-//!    grows, it is shortened. If it stops shrinking, it is compared with the rounding error of the rows. If the
-//!    iteration diverges from every guess, a homotopy leads from the straight line to the root. If two roots are
-//!    close, the step takes the one whose Jacobian determinant continues those of the last steps. If that does not decide,
-//!    it fails ([`StepFailure::AmbiguousRoot`]). If a step has no solution, [`StepError`] says where, why, and what to
-//!    try. [`Regularity`] says whether the equations determine the solution.
+//! 3. A step solves these rows by Newton's iteration. Its unknown is the *second difference* `e = (q2 − q1) − (q1 − q0)`, so that
+//!    the acceleration `e/h²` has all its digits, and sums of increments are compensated. A smooth motion needs one evaluation of rows
+//!    and Jacobian per step. The book's chapter *How it works* has the details.
+//! 4. If a step has no solution, or several between which the past does not decide, [`StepError`] says where, why, and what to try.
+//!    [`Regularity`] says whether the equations determine the solution.
 //! 5. The functions of [`Stepper`] drive a run of any method. A run is an iterator of [`Node`]s. [`Stepper::until`] collects the nodes,
 //!    [`Stepper::stream`] hands them to an [`Observer`], [`Stepper::watch`] finds [`Events`], [`Stepper::advance`] makes one step, and
 //!    [`Stepper::reverse`] goes back in time. Parameters may change during a run ([`Inputs`]).
@@ -70,14 +61,43 @@
 //! 5. *Many runs* of one system: an [`Ensemble`] computes eight of them at once in SIMD lanes, on all cores.
 //! 6. *Fits and plans* need derivatives of a run: [`Path`] computes them for a [`Flow`].
 //!
-//! # Where to look
+//! # The names of this crate
 //!
-//! The attribute [`macro@dsocs`] describes what a declaration may contain. [`Samples`] are sampled functions
-//! of time or of a coordinate. The trait [`System`] evaluates a declared system at single points: energy,
-//! forces, rows. [`mod@geometry`] has the paper's objects: Legendre transforms, two-forms, the flow as a map,
-//! momentum maps, the theorem on the flow. [`mod@linear`] has linear models and equilibria. [`RunError`] and
-//! [`SetupError`] give the cause of a failure and advice. The book, with a chapter on each of these, is the
-//! module `guide` of `dsocs-systems`.
+//! A name that begins with `Any` is the same for a number of coordinates that is known only at run time, as for a system from a text
+//! (`dsocs_core::text`): [`AnyFlow`] is the [`Flow`] of a [`Kernel`].
+//!
+//! - *Declarations.* The attribute [`macro@dsocs`], which describes what a declaration may contain; [`macro@statements`] that several
+//!   declarations share; [`Samples`], functions given by samples; [`Real`], the number type of a function that a declaration calls.
+//! - *Declared systems.* [`System`] evaluates one at single points: energy, forces, rows, whose arguments are an [`At`];
+//!   [`Kernel`] is the same without its type; [`Declaration`], its tape with the values of its parameters; [`Shape`], its counts of coordinates,
+//!   unknowns and rows; [`Quantity`], a name with its unit; [`Symmetry`], whether its steps can be composed.
+//! - *Starts.* [`Start`]; a [`Violation`] is a constraint that it does not satisfy.
+//! - *Methods.* [`Flow`], the paper's step; [`ComposedFlow`], the orders 4 to 8 by a [`Composition`]; [`TaylorFlow`], the continuous
+//!   motion to a [`Tolerance`]; [`Ensemble`], many runs by SIMD [`Instructions`], of which an [`ObservedRun`] is one; [`Path`], a run
+//!   with derivatives.
+//! - *Runs.* [`Stepper`], the functions that drive one; [`Run`], the same without its number of coordinates; [`Inputs`], parameters
+//!   that change at nodes; [`Clock`] and [`End`], its time.
+//! - *Nodes.* [`Node`]; [`OwnedNode`], which is filled again at every node; [`Trajectory`], all nodes of a run; [`NodeMut`] and
+//!   [`NodeScalars`], where a run writes a node; [`Leg`] and [`OwnedLeg`], two nodes; [`Point`] and [`OwnedPoint`], position, velocity
+//!   and acceleration at any time.
+//! - *Between nodes.* [`Polynomial`], the motion during a step, which a [`Visitor`] receives, with its workspace [`Room`] and its
+//!   [`StepEnd`].
+//! - *Observers.* [`Observer`] and its [`ObserverResult`]; [`Event`], [`Events`], [`Occurrence`], [`LastLeg`]; [`on_event`], which
+//!   makes an [`OnEvent`]; [`CsvWriter`]; [`Estimates`] of the error.
+//! - *Derivatives of runs.* [`Variable`]; [`NodeTangent`], [`OwnedTangents`], [`Gradient`]; [`Dual`], the number in which a
+//!   cost is written.
+//! - *A solved step.* [`StepReport`], with its [`Guess`], where Newton's iteration began, and its [`Stop`], the rule that ended it;
+//!   [`Roots`], both solutions; [`Regularity`]; [`multipliers`]; the steps whose errors may be large, [`Unresolved`] and
+//!   [`NearlySingular`].
+//! - *Errors.* [`SetupError`] before a run, [`RunError`] during it, and [`Failure`] with all that was computed. Their causes:
+//!   [`StepError`] ([`FailedStep`], [`StepFailure`], [`NewtonFailure`], [`Deficiency`], [`DependentRow`], [`Undefined`]);
+//!   [`StageError`] of a composition ([`FailedStage`], [`StageFailure`]); [`SeriesError`] ([`FailedSeries`], [`SeriesFailure`],
+//!   [`Jump`]); [`FailedEvent`], [`InputError`], [`NotReversible`], [`TimeBehind`]; [`SamplesError`]; [`DerivativeError`].
+//! - *Analysis.* [`mod@geometry`]: Legendre transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow;
+//!   [`mod@linear`]: linear models and equilibria; [`mod@taylor`]: lanes, tangents and errors of series;
+//!   [`least_independent`], the constraint that is nearest to depending on the others.
+//!
+//! The book, with a chapter on each subject, is the module `guide` of `dsocs-systems`.
 
 // tests compare floats exactly where the results are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]
