@@ -15,7 +15,7 @@
 //! | [Linear models and equilibria](linear_models) | Is a state of rest stable? What is `A`, `B`, `C` for my controller? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
 //! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a digital controller? |
-//! | [Which method when](methods) | Do I use the discrete step, a composition, or a Taylor series? Which function does what on the command line, in Python and in Rust? |
+//! | [Which method when](methods) | Step, composition or Taylor series? Which function does what on the command line, in Python, in Rust? |
 //! | [Many runs and clusters](many_runs) | How do I make ten thousand runs, on one machine or on a cluster? |
 //! | [Derivatives and optimisation](derivatives) | How do I fit parameters, or plan torques? |
 //! | [Two roots](two_roots) | What can I do if a step has two solutions? |
