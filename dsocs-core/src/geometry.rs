@@ -63,7 +63,7 @@ mod theorem;
 use crate::{number::point::Leg, system::System};
 
 pub use admissible::admissible_variations;
-pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
+pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variations};
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use expansion::Expansion;

@@ -763,7 +763,7 @@ fn an_input_is_held_from_time_to_time() {
         let options: Vec<_> = options.iter().map(String::as_str).collect();
         let (status, rows, message) = run(&options);
         assert!(
-            status != 0 && rows.is_empty() && message.contains(words),
+            status == 2 && rows.is_empty() && message.contains(words),
             "{options:?}: {message}"
         );
     }

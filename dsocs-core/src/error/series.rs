@@ -26,7 +26,7 @@ const UNSEEN: &str = "It may be a quotient by a norm that vanishes there, as tha
 /// Advice if a body at rest may go on in more than one way.
 pub(crate) const FORKS: &str = "say which: begin with a velocity, however small, to the side that is meant (`--v0`, or a run from here), or with a force that is \
     larger than the jump, or hold it by a constraint; if it is to be friction, give it the sign that is against the velocity; and if it raises its own normal \
-    force, as in a rod that jams, bodies that are not rigid say which";
+    force, as in a rod that jams, replace the rigid contact by a stiff spring";
 
 /// Reasons for the failure of a run by Taylor series.
 #[derive(Clone, PartialEq, Error)]

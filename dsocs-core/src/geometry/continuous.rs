@@ -104,33 +104,37 @@ impl Variation {
     }
 }
 
-/// The variational equation of the continuous system at a point of its motion: the variations under the displacement `(δq, δv)`.
+/// The variational equation of the continuous system at a point of its motion: the variations under the displacements `(δq, δv)`, in
+/// their order.
 ///
 /// `None` if the rows do not determine the acceleration.
 #[must_use]
-pub fn variation(
+pub fn variations(
     system: &dyn Kernel,
     point: AnyPoint<'_, f64>,
-    displacement: &Displacement,
-) -> Option<Variation> {
+    displacements: &[Displacement],
+) -> Option<Vec<Variation>> {
     let declaration = Declaration::of(system);
     let n = declaration.dimension();
-    let (t, q) = (Tangent::new(point.t, 0.0), moving(point.q, &displacement.first));
-    let v = moving(point.v, &displacement.second);
+    let t = Tangent::new(point.t, 0.0);
     let multipliers = multipliers::of_point(&declaration, point);
     let still = fixed(&multipliers);
-    let (q, v) = (&q, &v);
-    let a = &moving(point.a, &zero(n));
-    let rows = declaration.continuous(AnyPoint { t, q, v, a }, &still);
-    let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
-    // the rows come first
     let both = declaration.continuous_with_jacobian(point, &multipliers);
-    let mut change = solve(both.get(right.len()..)?, &right)?;
-    change.truncate(n);
-    let a = &moving(point.a, &change);
-    let force = slopes(&declaration.continuous_force(AnyPoint { t, q, v, a }), 1.0);
-    let mut external = vec![Tangent::splat(0.0); n];
-    declaration.external_forces(t, q, v, &mut external);
-    let force = plus(&force, &slopes(&external, 1.0));
-    Some(Variation { a: change, force })
+    let along = |displacement: &Displacement| {
+        let q = &moving(point.q, &displacement.first);
+        let v = &moving(point.v, &displacement.second);
+        let a = &moving(point.a, &zero(n));
+        let rows = declaration.continuous(AnyPoint { t, q, v, a }, &still);
+        let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
+        // the rows come first
+        let mut change = solve(both.get(right.len()..)?, &right)?;
+        change.truncate(n);
+        let a = &moving(point.a, &change);
+        let force = slopes(&declaration.continuous_force(AnyPoint { t, q, v, a }), 1.0);
+        let mut external = vec![Tangent::splat(0.0); n];
+        declaration.external_forces(t, q, v, &mut external);
+        let force = plus(&force, &slopes(&external, 1.0));
+        Some(Variation { a: change, force })
+    };
+    displacements.iter().map(along).collect()
 }

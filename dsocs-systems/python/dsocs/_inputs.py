@@ -23,7 +23,7 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> SetupError:
     names = list(known)
     near = difflib.get_close_matches(str(name), names, n=1)
     hint = f" (did you mean `{near[0]}`?)" if near else ""
-    listed = "known: " + ", ".join(names) if names else "there is none of any name"
+    listed = "known: " + ", ".join(names) if names else "none is declared"
     return SetupError(f"there is no {kind} `{name}`{hint}; {listed}")
 
 

@@ -50,7 +50,7 @@ impl UnknownName {
 /// The names that exist.
 fn listed(known: &[String]) -> String {
     if known.is_empty() {
-        "; there is none of any name".to_owned()
+        "; none is declared".to_owned()
     } else {
         format!("; known: {}", known.join(", "))
     }

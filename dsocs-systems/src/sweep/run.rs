@@ -334,6 +334,18 @@ fn difference(at: &str, there: &Value, here: &Value) -> Option<String> {
             })
         }
         (there, here) if there == here => None,
+        // the text of a system: its first line that differs
+        (Value::String(there), Value::String(here)) if there.contains('\n') && here.contains('\n') => {
+            let (mut there, mut here) = (there.lines(), here.lines());
+            (1..).find_map(|line| {
+                let (there, here) = (there.next(), here.next());
+                (there != here || there.is_none()).then(|| {
+                    let [there, here] =
+                        [there, here].map(|line| line.map_or("missing".to_owned(), |line| format!("`{line}`")));
+                    format!("line {line} of {at} is {there} there and {here} here")
+                })
+            })
+        }
         (there, here) => Some(format!("{at} is {there} there and {here} here")),
     }
 }

@@ -5,7 +5,7 @@
 
 use dsocs_core::Kernel;
 use dsocs_core::geometry::{
-    Displacement, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
+    Displacement, TwoForm, Variation, canonical_form, motion_near, state_displacements, variations,
 };
 
 use crate::check::motion::extrapolation::integrate;
@@ -58,15 +58,12 @@ impl Equations<'_> {
             return;
         };
         let point = point.any();
-        let mut variations = Vec::with_capacity(self.count);
-        for k in 0..self.count {
-            let moved = displacement(n, state, k);
-            let Some(variation) = variation(self.system, point, &moved) else {
-                rate.fill(f64::NAN);
-                return;
-            };
-            variations.push((moved, variation));
-        }
+        let moved: Vec<Displacement> = (0..self.count).map(|k| displacement(n, state, k)).collect();
+        let Some(variations) = variations(self.system, point, &moved) else {
+            rate.fill(f64::NAN);
+            return;
+        };
+        let variations: Vec<_> = moved.iter().zip(&variations).collect();
         for i in 0..n {
             (rate[i], rate[n + i]) = (point.v[i], point.a[i]);
             for (k, (moved, variation)) in variations.iter().enumerate() {
@@ -77,7 +74,7 @@ impl Equations<'_> {
         let mut place = 2 * n * (1 + self.count);
         for (k, u) in variations.iter().enumerate() {
             for w in &variations[..k] {
-                rate[place] = Variation::rate((&u.0, &u.1), (&w.0, &w.1));
+                rate[place] = Variation::rate(*u, *w);
                 place += 1;
             }
         }

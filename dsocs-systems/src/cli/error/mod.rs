@@ -299,6 +299,8 @@ impl CliError {
             | Self::NoFile(_)
             | Self::Port(_)
             | Self::Parameter { .. }
+            | Self::Plan { .. }
+            | Self::Read { .. }
             | Self::TableFormat(_)
             | Self::NotJson(_)
             | Self::PageFormat(_)
