@@ -59,11 +59,14 @@ pub(crate) mod solvable;
 mod split;
 mod theorem;
 
+use crate::number::largest;
 #[allow(unused_imports)] // named in the documentation
 use crate::{number::point::Leg, system::System};
 
 pub use admissible::admissible_variations;
-pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variations};
+pub use continuous::{
+    Variation, canonical_form, constraint_force, legendre, motion, motion_near, variations,
+};
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use expansion::Expansion;
@@ -130,7 +133,7 @@ const STILL: f64 = 1e-3;
 /// Units for the derivatives by the coordinates: powers of two, which do not round, of about the magnitude of
 /// a leg. Only finite differences of users' functions depend on them.
 fn units(leg: AnyLeg<'_, f64>) -> Vec<f64> {
-    let longest = array::largest(leg.d);
+    let longest = largest(leg.d);
     let unit = |d: &f64| {
         let unit = d.abs().max(STILL * longest).log2().floor().exp2();
         if unit.is_normal() { unit } else { 1.0 }

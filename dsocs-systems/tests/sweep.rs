@@ -796,7 +796,12 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
     // a changed text is another sweep
     fs::write(folder.path().join("swing.dsocs"), SWING.replace("9.81", "9.8")).unwrap();
     let (_, stderr) = fails(&mut dsocs(folder.path(), &sweep));
-    assert!(stderr.contains("holds another sweep: line ") && stderr.contains(" of text is `") && stderr.len() < 600, "{stderr}");
+    assert!(
+        stderr.contains("holds another sweep: line ")
+            && stderr.contains(" of text is `")
+            && stderr.len() < 600,
+        "{stderr}"
+    );
     // a named run, and a mistake in the text
     fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
     fs::write(

@@ -312,7 +312,7 @@ impl<'s> Momenta<'s> {
             };
             // the effect of a change of the velocity on accelerations and multipliers, and on the residual of
             // the momentum
-            let mass = start::mass_matrix(&self.declaration, (node.t, &node.q.hi, &node.v));
+            let mass = start::mass_matrix(&self.declaration, node.t, &node.q.hi, &node.v);
             let mass = Square::from_fn(n, |i, j| mass[(i, j)]);
             let mut matrix = mass.clone();
             let mut columns = Vec::with_capacity(n);

@@ -145,7 +145,7 @@ impl Discrete<'_> {
     fn product(&self, one: &[f64], other: &[f64]) -> f64 {
         let (run_state, leg) = (&self.run_state, self.next_leg());
         let v = Vector::of(leg.d).map(|d| d / run_state.h);
-        let mass = start::mass_matrix(&self.declaration(), (run_state.time(), leg.q, &v));
+        let mass = start::mass_matrix(&self.declaration(), run_state.time(), leg.q, &v);
         let terms = one.iter().enumerate().flat_map(|(i, x)| {
             let mass = &mass;
             other.iter().enumerate().map(move |(j, y)| x * mass[(i, j)] * y)

@@ -1,8 +1,9 @@
 //! The admissible variations of a discrete path at a node.
 
-use super::array::{along, largest, minus, moving, moving_leg, plus, slopes, square, times, zero};
+use super::array::{along, minus, moving, moving_leg, plus, slopes, square, times, zero};
 use super::map::Triple;
 use crate::kernel::Kernel;
+use crate::number::largest;
 use crate::number::point::OwnedLeg;
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;

@@ -78,8 +78,3 @@ pub(super) fn first_node(h: Tangent, leg: &OwnedLeg<Tangent>) -> OwnedLeg<Tangen
 pub(super) fn slopes(x: &[Tangent], unit: f64) -> Vec<f64> {
     x.iter().map(|x| x.derivative() / unit).collect()
 }
-
-/// The largest absolute value of a component; NaN is ignored.
-pub(super) fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0_f64, |size, x| size.max(x.abs()))
-}

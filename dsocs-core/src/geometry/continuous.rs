@@ -5,6 +5,7 @@ use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::solvable::solve;
 use crate::kernel::Kernel;
+use crate::number::inner_product;
 use crate::number::point::{AnyPoint, OwnedPoint};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::{Tangent, Tangent2};
@@ -99,8 +100,7 @@ impl Variation {
     /// `Q + f` takes the place of `Q`. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
     #[must_use]
     pub fn rate(u: (&Displacement, &Self), w: (&Displacement, &Self)) -> f64 {
-        let product = super::legendre::product;
-        product(&w.1.force, &u.0.first) - product(&u.1.force, &w.0.first)
+        inner_product(&w.1.force, &u.0.first) - inner_product(&u.1.force, &w.0.first)
     }
 }
 

@@ -6,6 +6,7 @@ use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
 use super::units;
+use crate::number::larger;
 use crate::number::point::AnyLeg;
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -141,11 +142,6 @@ impl Evolution {
         }
         largest
     }
-}
-
-/// The larger of two numbers; NaN if either is.
-fn larger(x: f64, y: f64) -> f64 {
-    if x >= y || x.is_nan() { x } else { y }
 }
 
 /// A displacement with the absolute values of its components.

@@ -3,6 +3,7 @@
 use super::array::{fixed, plus};
 use super::map::Triple;
 use crate::kernel::Kernel;
+use crate::number::inner_product;
 use crate::number::point::AnyPoint;
 use crate::number::tangent::Tangent;
 use crate::regularity::rounding;
@@ -60,5 +61,5 @@ pub fn discrete_power(system: &dyn Kernel, h: f64, triple: &Triple) -> f64 {
 /// `⟨force, v⟩ − ∂L/∂t` at a point.
 fn of_force(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64]), force: &[f64]) -> f64 {
     let explicit = declaration.lagrangian(Tangent::new(t, 1.0), &fixed(q), &fixed(v));
-    super::legendre::product(force, v) - explicit.derivative()
+    inner_product(force, v) - explicit.derivative()
 }

@@ -5,6 +5,7 @@ use super::form::{Displacement, TwoForm};
 use super::nodes::{moves, moving_nodes};
 use super::units;
 use crate::kernel::Kernel;
+use crate::number::inner_product;
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::scalar::Scalar;
 use crate::number::tangent::{Tangent, Tangent2};
@@ -60,18 +61,13 @@ pub fn momentum_plus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f
 /// The discrete one-form `θ⁻(δq0, δq1) = F⁻L_d(q0, q1) · δq0` (paper, section 6).
 #[must_use]
 pub fn theta_minus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, displacement: &Displacement) -> f64 {
-    product(&legendre_minus(system, h, leg), &displacement.first)
+    inner_product(&legendre_minus(system, h, leg), &displacement.first)
 }
 
 /// The discrete one-form `θ⁺(δq0, δq1) = F⁺L_d(q0, q1) · δq1` (paper, section 6).
 #[must_use]
 pub fn theta_plus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, displacement: &Displacement) -> f64 {
-    product(&legendre_plus(system, h, leg), &displacement.second)
-}
-
-/// The inner product.
-pub(super) fn product(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
+    inner_product(&legendre_plus(system, h, leg), &displacement.second)
 }
 
 /// `D₁D₂L_d`: row `i` by the first node's coordinate `i`, column `j` by the second's coordinate `j`.

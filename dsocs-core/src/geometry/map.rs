@@ -3,11 +3,11 @@
 use super::array::{along, minus, moving_leg, plus, slopes, square};
 use super::error::GeometryError;
 use super::form::Displacement;
-use super::legendre::product;
 use super::solvable::{self, Solution, WantedSolution};
 use super::units;
 use crate::error::SetupError;
 use crate::kernel::Kernel;
+use crate::number::inner_product;
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -274,7 +274,8 @@ impl TangentMap {
     pub fn apply(&self, displacement: &Displacement) -> Displacement {
         let Displacement { first, second } = displacement;
         let rows = self.by_first.iter().zip(&self.by_second);
-        let moved = rows.map(|(by_first, by_second)| product(by_first, first) + product(by_second, second));
+        let moved = rows
+            .map(|(by_first, by_second)| inner_product(by_first, first) + inner_product(by_second, second));
         Displacement {
             first: second.clone(),
             second: moved.collect(),

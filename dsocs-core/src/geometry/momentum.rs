@@ -8,18 +8,20 @@
 
 use super::array::{minus, plus};
 use super::external::external_forces;
-use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
+use super::legendre::{legendre_minus, legendre_plus, momentum_plus};
 use super::map::{DiscreteFlow, Triple};
+use crate::number::inner_product;
 use crate::number::point::AnyLeg;
 
-/// A generator: maps a position to its vector there, with one component for each coordinate.
-type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
+/// A generator of a symmetry: maps a position to its vector there, with one component for each coordinate;
+/// for a rotation a zero and three numbers in the frame of its body.
+pub(super) type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
 /// those of the generator.
 #[must_use]
 pub fn momentum_map(flow: &DiscreteFlow<'_>, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
-    product(&momentum_plus(flow.system(), flow.h(), leg), &generator(leg.q))
+    inner_product(&momentum_plus(flow.system(), flow.h(), leg), &generator(leg.q))
 }
 
 /// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, as an absolute value relative to its terms: zero up to rounding if
@@ -32,7 +34,7 @@ pub fn asymmetry(flow: &DiscreteFlow<'_>, leg: AnyLeg<'_, f64>, generator: Gener
         legendre_plus(flow.system(), flow.h(), leg),
     );
     let (first, second) = (generator(&q0), generator(leg.q));
-    let change = product(&plus, &second) - product(&minus, &first);
+    let change = inner_product(&plus, &second) - inner_product(&minus, &first);
     let terms = size(&plus, &second) + size(&minus, &first);
     if change == 0.0 { 0.0 } else { change.abs() / terms }
 }
@@ -48,7 +50,7 @@ pub fn momentum_equation(flow: &DiscreteFlow<'_>, triple: &Triple, generator: Ge
     let constraint = flow.declaration().force(h, first, &triple.e);
     let force = plus(&constraint, &external_forces(system, h, triple));
     let at = generator(first.q);
-    let work = h * product(&force, &at);
+    let work = h * inner_product(&force, &at);
     let change = momentum_map(flow, last, generator) - momentum_map(flow, first, generator);
     let terms = |leg: AnyLeg<'_, f64>| size(&momentum_plus(system, h, leg), &generator(leg.q));
     let all = terms(first) + terms(last) + h.abs() * size(&force, &at);
@@ -56,6 +58,6 @@ pub fn momentum_equation(flow: &DiscreteFlow<'_>, triple: &Triple, generator: Ge
 }
 
 /// The sum of the absolute values of products.
-fn size(x: &[f64], y: &[f64]) -> f64 {
+pub(super) fn size(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| (x * y).abs()).sum()
 }

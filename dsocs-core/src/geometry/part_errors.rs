@@ -4,13 +4,14 @@
 use super::array::{along, moving, moving_leg};
 use super::continuous::legendre;
 use super::expansion::Expansion;
-use super::legendre::{legendre_minus, legendre_plus, product};
+use super::legendre::{legendre_minus, legendre_plus};
 use super::map::Triple;
 use super::nodes::{extent, moves, moving_position};
 use super::quadrature::mean_over;
 use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::number::bounded::Bounded;
+use crate::number::inner_product;
 use crate::number::point::{AnyPoint, OwnedLeg};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -227,7 +228,7 @@ impl<'s> ExactNodes<'s> {
             let value = self
                 .declaration
                 .lagrangian(Bounded::splat(t), &bounded(q), &bounded(v));
-            let kinetic = product(&self.momentum, v) / 2.0;
+            let kinetic = inner_product(&self.momentum, v) / 2.0;
             error = value.error().max(error);
             size = (kinetic.abs() + (kinetic - value.lane(0)).abs()).max(size);
             value.lane(0)

@@ -13,7 +13,9 @@
 //! Rational Mech. Anal. 136, 1996).
 
 use super::legendre::legendre_plus;
+use super::momentum::{Generator, size};
 use crate::kernel::Kernel;
+use crate::number::inner_product;
 use crate::number::point::AnyLeg;
 use crate::solve::rotation::SLOTS;
 use crate::tape::declaration::Declaration;
@@ -34,10 +36,6 @@ const EQUATIONS: [Segment; 12] = [
     Segment::Phase,
     Segment::DiscreteExternalForces,
 ];
-
-/// A generator of a symmetry: maps a position to its vector there, with one component for each coordinate;
-/// for a rotation a zero and three numbers in the frame of its body.
-type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
 
 /// The coordinates whose positions occur in no equation, by their places; for a rotation the first of its
 /// four. The step is that of the reduced system.
@@ -75,7 +73,7 @@ pub fn arriving_momentum(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> V
 /// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` of a leg of the step `h` at its second node, along a field there.
 #[must_use]
 pub fn momentum_along(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
-    product(&arriving_momentum(system, h, leg), &generator(leg.q))
+    inner_product(&arriving_momentum(system, h, leg), &generator(leg.q))
 }
 
 /// `D₂L_d + f⁺_d` of the declared map. For the paper's map, a run uses the trapezoidal one at a node where an
@@ -102,17 +100,11 @@ pub fn momentum_balance(
     let constraint = declaration.force(h, first, e);
     let [leaving, arriving] = declaration.discrete_external_forces(h, last);
     let momenta = [first, last].map(|leg| self::arriving(system, h, leg));
-    let work = h * (product(&constraint, &here) + product(&leaving, &here) + product(&arriving, &there));
-    let change = h * (product(&momenta[1], &there) - product(&momenta[0], &here));
+    let work = h
+        * (inner_product(&constraint, &here)
+            + inner_product(&leaving, &here)
+            + inner_product(&arriving, &there));
+    let change = h * (inner_product(&momenta[1], &there) - inner_product(&momenta[0], &here));
     let terms = size(&momenta[1], &there) + size(&momenta[0], &here) + size(&constraint, &here);
     [change - work, work, h.abs() * terms]
-}
-
-fn product(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
-/// The sum of the absolute values of products.
-fn size(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| (x * y).abs()).sum()
 }

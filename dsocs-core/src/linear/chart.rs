@@ -2,6 +2,7 @@
 //! leave free.
 
 use super::slopes::{At, Direction, Slopes};
+use crate::number::inner_product;
 use crate::solve::dense::{Matrix, ZERO, length};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
@@ -140,7 +141,10 @@ impl Basis {
 
     /// The coordinates of a vector.
     pub(super) fn coordinates(&self, vector: &[f64]) -> Vec<f64> {
-        self.vectors.iter().map(|own| dot(own, vector)).collect()
+        self.vectors
+            .iter()
+            .map(|own| inner_product(own, vector))
+            .collect()
     }
 
     /// The basis of another space that is nearest to this one: the vectors of this basis, projected into that
@@ -167,14 +171,9 @@ impl Basis {
     }
 }
 
-/// The inner product.
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
 /// Removes the component of a vector along a direction.
 fn take_away(vector: &mut [f64], direction: &[f64]) {
-    let part = dot(vector, direction);
+    let part = inner_product(vector, direction);
     vector
         .iter_mut()
         .zip(direction)
@@ -312,6 +311,6 @@ mod tests {
         let tangent = |angle: f64| Basis::of(2, &[vec![angle.sin(), -angle.cos()]]);
         let next = tangent(0.3 + angle);
         let carried = tangent(0.3).carried_to(&next);
-        assert!((dot(&carried.vectors[0], &next.vectors[0]) - 1.0).abs() < 1e-15);
+        assert!((inner_product(&carried.vectors[0], &next.vectors[0]) - 1.0).abs() < 1e-15);
     }
 }

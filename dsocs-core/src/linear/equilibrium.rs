@@ -4,9 +4,9 @@ mod error;
 mod rest;
 mod rows;
 
+use crate::number::inner_product;
 use core::fmt;
 
-use super::chart::dot;
 use super::continuous;
 use super::error::LinearizationError;
 use super::inputs_outputs::InputsOutputs;
@@ -51,7 +51,7 @@ const CENTRE: f64 = 1e-7;
 /// /// A pendulum.
 /// #[dsocs {
 ///     coordinates(theta);
-///     lagrangian = dot(theta).powi(2) / 2 + gravity * theta.cos();
+///     lagrangian = inner_product(theta).powi(2) / 2 + gravity * theta.cos();
 /// }]
 /// struct Pendulum { gravity: f64 }
 ///
@@ -190,7 +190,7 @@ impl Equilibrium {
         rotation::difference(&self.rotations, [&here, &there], &mut apart);
         if !other.is_isolated() {
             for direction in &self.directions {
-                let part = dot(&apart, direction);
+                let part = inner_product(&apart, direction);
                 apart
                     .iter_mut()
                     .zip(direction)

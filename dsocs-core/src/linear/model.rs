@@ -1,7 +1,8 @@
 //! A linear model: its matrices, and the meaning of their rows and columns.
 
-use super::chart::{Basis, Chart, dot};
+use super::chart::{Basis, Chart};
 use super::inputs_outputs::InputsOutputs;
+use crate::number::inner_product;
 use crate::number::point::OwnedPoint;
 use crate::solve::eigenvalues::eigenvalues;
 use crate::solve::rotation::{self, SLOTS};
@@ -84,7 +85,7 @@ impl LinearModel {
         let change = state_change(&self.rotations, about, to);
         self.projection
             .iter()
-            .map(|weights| dot(weights, &change))
+            .map(|weights| inner_product(weights, &change))
             .collect()
     }
 

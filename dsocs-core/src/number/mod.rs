@@ -24,6 +24,18 @@ pub(crate) fn larger(size: f64, other: f64) -> f64 {
     f64::from_bits(size.to_bits().max(other.to_bits()))
 }
 
+/// The largest absolute value of a component, 0 of none; NaN is ignored.
+#[inline]
+pub(crate) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()))
+}
+
+/// The inner product of two vectors.
+#[inline]
+pub(crate) fn inner_product(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::larger;

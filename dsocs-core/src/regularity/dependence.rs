@@ -1,6 +1,7 @@
 //! Constraints on positions and velocities that depend on each other.
 
 use super::deficiency::{self, DependentRow};
+use crate::number::inner_product;
 use crate::solve::Vector;
 use crate::start;
 use crate::start::place::Place;
@@ -19,7 +20,7 @@ pub(crate) fn dependent_row(
     dependent: f64,
 ) -> Option<DependentRow> {
     let sizes = slopes(declaration, other);
-    let sizes = sizes.iter().map(|row| product(row, row).sqrt());
+    let sizes = sizes.iter().map(|row| inner_product(row, row).sqrt());
     let parts = independent_parts(slopes(declaration, place));
     let found = parts
         .iter()
@@ -54,7 +55,7 @@ pub fn least_independent(
         return None;
     }
     let place = Place::of_phase(t, Vector::of(q), Vector::of(v));
-    let mass = start::mass_matrix(declaration, (t, q, v));
+    let mass = start::mass_matrix(declaration, t, q, v);
     let mut rows = slopes(declaration, &place);
     for row in &mut rows {
         for (i, entry) in row.iter_mut().enumerate() {
@@ -64,7 +65,7 @@ pub fn least_independent(
             }
         }
     }
-    let sizes: Vec<f64> = rows.iter().map(|row| product(row, row).sqrt()).collect();
+    let sizes: Vec<f64> = rows.iter().map(|row| inner_product(row, row).sqrt()).collect();
     let parts = independent_parts(rows).into_iter().zip(sizes);
     let parts = parts.map(|(part, size)| part / size).enumerate();
     let (k, least) = parts
@@ -79,15 +80,15 @@ fn independent_parts(rows: Vec<Vec<f64>>) -> Vec<f64> {
     let mut parts = Vec::with_capacity(rows.len());
     for mut row in rows {
         for other in &independent {
-            let size = product(other, other);
+            let size = inner_product(other, other);
             if size > 0.0 {
-                let along = product(&row, other) / size;
+                let along = inner_product(&row, other) / size;
                 for (entry, other) in row.iter_mut().zip(other) {
                     *entry -= along * other;
                 }
             }
         }
-        parts.push(product(&row, &row).sqrt());
+        parts.push(inner_product(&row, &row).sqrt());
         independent.push(row);
     }
     parts
@@ -100,9 +101,4 @@ fn slopes(declaration: &Declaration<'_>, Place { t, q, v, .. }: &Place) -> Vec<V
     declaration.phase_slopes(true, *t, q, v, &mut rows);
     let slopes = rows.get(lower..).unwrap_or(&[]).chunks_exact(q.len().max(1));
     slopes.map(<[f64]>::to_vec).collect()
-}
-
-/// The inner product.
-fn product(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

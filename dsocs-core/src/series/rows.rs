@@ -1,5 +1,6 @@
 //! The Taylor series of a motion, and its values.
 
+use crate::number::largest;
 use pulp::Simd;
 
 use super::coefficient::Coefficient;
@@ -658,12 +659,6 @@ pub(crate) fn is_in_range(before: &[f64], last: &[f64]) -> bool {
         is_finite &= before.is_finite() & last.is_finite();
     }
     largest(last).max(largest(before)) >= TINY && is_finite
-}
-
-/// The largest size of a component.
-#[inline(always)]
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! With quadratic convergence the updates obey `ρ' = C ρ²`. So two consecutive updates bound the error that
 //! is left, without an evaluation to confirm it.
 
+use crate::number::largest;
 use core::ops::{BitAnd, BitOr, Not};
 
 use crate::number::lanes::{Lanes, Mask, Register};
@@ -291,14 +292,9 @@ pub(crate) struct NaturalSizes {
     pub level: f64,
 }
 
-/// The size of a row's largest entry.
-fn largest_of(row: &[f64]) -> f64 {
-    row.iter().fold(0.0, |largest, x| largest.max(x.abs()))
-}
-
 /// The inverse of a matrix whose rows are brought to the size 1: all columns by one elimination.
 fn inverse_of_scaled(jacobian: &Square) -> Matrix {
-    let rows: Vec<(&[f64], f64)> = jacobian.rows().map(|row| (row, largest_of(row))).collect();
+    let rows: Vec<(&[f64], f64)> = jacobian.rows().map(|row| (row, largest(row))).collect();
     Matrix::from_fn(rows.len(), rows.len(), |i, j| rows[i].0[j] / rows[i].1).inverse()
 }
 
@@ -311,7 +307,7 @@ impl NaturalSizes {
         let (mut sizes, mut condition) = (Vector::zero(count), Vector::zero(count));
         let inverse = (count > MOST_SOLVED_ONE_BY_ONE).then(|| inverse_of_scaled(jacobian));
         for ((place, row), term) in jacobian.rows().enumerate().zip(terms) {
-            let largest = largest_of(row);
+            let largest = largest(row);
             // a column of the inverse, in units that neither overflow nor underflow
             let column = match &inverse {
                 Some(inverse) => Vector::from_fn(count, |i| inverse[(i, place)]),

@@ -5,6 +5,7 @@
 //! to full relative accuracy and take a page; a library of linear algebra takes longer to compile than all
 //! other dependencies of this crate.
 
+use crate::number::inner_product;
 use core::ops::{Index, IndexMut};
 
 use crate::solve::elimination::inverse_power_of_two;
@@ -256,7 +257,7 @@ impl Singular {
         let mut solution = vec![0.0; self.right.first().map_or(0, Vec::len)];
         for ((&value, left), right) in self.values.iter().zip(&self.left).zip(&self.right) {
             if value > zero {
-                add(&mut solution, dot(left, wanted) / value, right);
+                add(&mut solution, inner_product(left, wanted) / value, right);
             }
         }
         solution
@@ -265,7 +266,7 @@ impl Singular {
 
 /// The cosine and the sine of the rotation that makes two columns orthogonal; `None` if they are.
 fn rotation(p: &[f64], q: &[f64]) -> Option<[f64; 2]> {
-    let (pp, qq, pq) = (dot(p, p), dot(q, q), dot(p, q));
+    let (pp, qq, pq) = (inner_product(p, p), inner_product(q, q), inner_product(p, q));
     if pq.abs() <= ORTHOGONAL * (pp * qq).sqrt() {
         return None;
     }
@@ -281,11 +282,6 @@ fn rotate(columns: &mut [Vec<f64>], [p, q]: [usize; 2], [cosine, sine]: [f64; 2]
     for (x, y) in before[p].iter_mut().zip(&mut after[0]) {
         (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
     }
-}
-
-/// The inner product.
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// The length of a vector, without overflow.

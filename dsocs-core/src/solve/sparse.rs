@@ -384,29 +384,22 @@ pub(crate) trait ThreadWorkspace: Scalar {
     fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R;
 }
 
-macro_rules! working {
-    ($($number:ty),*) => {
-        $(impl ThreadWorkspace for $number {
-            #[inline]
-            fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R {
-                thread_local! {
-                    static ROOM: Cell<Vec<$number>> = const { Cell::new(Vec::new()) };
-                }
-                // rows may call a user's function that runs another system: that elimination finds an empty
-                // workspace
-                let mut room = ROOM.take();
-                if room.len() < length {
-                    room.resize(length, <$number>::splat(0.0));
-                }
-                let result = work(&mut room[..length]);
-                ROOM.set(room);
-                result
-            }
-        })*
-    };
+impl ThreadWorkspace for f64 {
+    #[inline]
+    fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R {
+        thread_local! {
+            static ROOM: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+        }
+        // rows may call a user's function that runs another system: that elimination finds an empty workspace
+        let mut room = ROOM.take();
+        if room.len() < length {
+            room.resize(length, 0.0);
+        }
+        let result = work(&mut room[..length]);
+        ROOM.set(room);
+        result
+    }
 }
-
-working!(f64);
 
 impl<R: Chosen> ThreadWorkspace for Lanes<R> {
     #[inline]

@@ -14,7 +14,6 @@ use crate::regularity::deficiency;
 use crate::regularity::multipliers::of_motion;
 use crate::regularity::resting;
 use crate::regularity::undefined::{self, Undefined};
-use crate::solve::dense::Matrix;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Equations, Linearized};
 use crate::solve::rotation;
@@ -597,14 +596,4 @@ pub(crate) fn velocity_of(
         }
     }
     velocity
-}
-
-/// The mass matrix at `(t, q, v)`.
-pub(crate) fn mass_matrix(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
-    consistency::mass_matrix(declaration, t, q, v)
-}
-
-/// The inverse of the mass matrix at `(t, q, v)`; the identity if it is singular.
-pub(crate) fn inverse_mass(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
-    consistency::inverse_mass(declaration, t, q, v)
 }

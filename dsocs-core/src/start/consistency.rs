@@ -351,7 +351,7 @@ fn holonomic_rows(declaration: &Declaration<'_>, t: f64, q: &[f64]) -> Vec<f64> 
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, the metric of displacements; the identity if it is singular.
-pub(super) fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
+pub(crate) fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
     let inverse = mass_matrix(declaration, t, q, v).inverse();
     if inverse.is_finite() {
         inverse
@@ -361,7 +361,7 @@ pub(super) fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &[f64], v: 
 }
 
 /// The mass matrix `∂²L/∂v²`.
-pub(super) fn mass_matrix(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
+pub(crate) fn mass_matrix(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
     let zero = vec![0.0; q.len()];
     let point = AnyPoint {
         t: Tangent::splat(t),

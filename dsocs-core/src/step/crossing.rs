@@ -8,6 +8,7 @@
 
 use super::jumps;
 use super::switches::Crossing;
+use crate::number::largest;
 use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -342,7 +343,7 @@ impl StepPath<'_> {
         let lower = shape.holonomic + shape.nonholonomic;
         causes.extend(rows.into_iter().skip(lower).take(shape.kinematic));
         causes.extend(declaration.continuous_forms(point).into_iter().flatten());
-        let mass = start::mass_matrix(&declaration, (t, &q, &v));
+        let mass = start::mass_matrix(&declaration, t, &q, &v);
         causes.extend((0..q.len()).flat_map(|i| mass.row(i).collect::<Vec<_>>()));
         causes
     }
@@ -354,11 +355,6 @@ impl StepPath<'_> {
     fn has_cause(&self, parts: [f64; 4], a: &[f64]) -> bool {
         differ(parts.map(|part| self.causes(part, a)), &[])
     }
-}
-
-/// The largest absolute value.
-fn largest(a: &[f64]) -> f64 {
-    a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()))
 }
 
 /// Whether a quantity jumps between the second and the third of four places: by more than a part of itself or

@@ -19,9 +19,6 @@ use crate::start::place::Place;
 use crate::start::{self, InitialAcceleration, third};
 use crate::step::singular;
 
-/// Offsets of guesses beside the straight line, by coordinate, in units of the longest component of the leg.
-const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
-
 /// Number of iterations between the continuous system's third derivative and the acceleration that belongs to
 /// it.
 const THIRD_DERIVATIVE: usize = 4;
@@ -376,7 +373,7 @@ impl Step<'_> {
         let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let by = |turn: f64| {
             // parallel to no axis, and to no usual diagonal
-            let e = Vector::from_fn(d.len(), |i| turn * longest * ASIDE[i % ASIDE.len()]);
+            let e = deficiency::beside(&vec![0.0; d.len()], turn * longest);
             self.unknown(&e, &[])
         };
         [by(1.0), by(-1.0), by(6.0), by(-6.0)]

@@ -258,7 +258,7 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
     }
     let n = places[1].0.q.len();
     // in the norm of the mass matrix
-    let mass = start::mass_matrix(declaration, (places[1].0.t, &places[1].0.q, &places[1].0.v));
+    let mass = start::mass_matrix(declaration, places[1].0.t, &places[1].0.q, &places[1].0.v);
     let size = |solved: &Determined| {
         let terms = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
         let square: f64 = terms

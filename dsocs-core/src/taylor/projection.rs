@@ -6,6 +6,7 @@
 
 use super::recurrences::SeriesKernel;
 use super::state::State;
+use crate::number::inner_product;
 use crate::number::larger;
 use crate::start;
 use crate::tape::declaration::Declaration;
@@ -96,7 +97,7 @@ impl Projection {
         if lower == 0 {
             return None;
         }
-        let inverse = start::inverse_mass(declaration, (t, q, v));
+        let inverse = start::inverse_mass(declaration, t, q, v);
         let mut rows = vec![0.0; lower * (1 + n)];
         let mut slopes = |v: &[f64]| {
             declaration.phase_slopes(true, t, q, v, &mut rows);
@@ -191,7 +192,7 @@ impl Projection {
             .zip(now.chunks_exact(2 * self.n.max(1)))
             .any(|(before, now)| {
                 // each direction is followed by its form
-                product(&before[..self.n], &now[..self.n]) < 0.0
+                inner_product(&before[..self.n], &now[..self.n]) < 0.0
             });
         turned || !self.directions.is_empty() && self.directions.len() != now.len()
     }
@@ -318,7 +319,7 @@ impl Shortest {
         let n = x.len();
         let slope = &slope[..n];
         inverse.raise(slope, [0, n], direction);
-        let square = product(slope, direction);
+        let square = inner_product(slope, direction);
         if square.is_nan() || square <= 0.0 {
             by.fill(0.0);
             directions.clear();
@@ -408,7 +409,7 @@ fn common([from, to]: Span, [other_from, other_to]: Span) -> Span {
 /// The inner product in a range.
 fn product_in([from, to]: Span, x: &[f64], y: &[f64]) -> f64 {
     match (x.get(from..to), y.get(from..to)) {
-        (Some(x), Some(y)) => product(x, y),
+        (Some(x), Some(y)) => inner_product(x, y),
         _ => f64::NAN,
     }
 }
@@ -423,9 +424,4 @@ pub(super) fn size(x: &[f64]) -> f64 {
 fn distance(x: &[f64], y: &[f64]) -> f64 {
     let differences = x.iter().zip(y);
     differences.fold(0.0_f64, |size, (x, y)| larger(size, (x - y).abs()))
-}
-
-/// The inner product.
-fn product(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -340,8 +340,8 @@ fn difference(at: &str, there: &Value, here: &Value) -> Option<String> {
             (1..).find_map(|line| {
                 let (there, here) = (there.next(), here.next());
                 (there != here || there.is_none()).then(|| {
-                    let [there, here] =
-                        [there, here].map(|line| line.map_or("missing".to_owned(), |line| format!("`{line}`")));
+                    let [there, here] = [there, here]
+                        .map(|line| line.map_or("missing".to_owned(), |line| format!("`{line}`")));
                     format!("line {line} of {at} is {there} there and {here} here")
                 })
             })

@@ -2,9 +2,10 @@
 
 use super::error::EquilibriumError;
 use super::rows::Rows;
-use crate::linear::chart::{Basis, dot};
+use crate::linear::chart::Basis;
 use crate::linear::slopes::{At, Slopes};
 use crate::number::point::AnyPoint;
+use crate::number::{inner_product, largest};
 use crate::regularity::{multipliers, sticking, undefined};
 use crate::solve::dense::{Matrix, length};
 use crate::solve::rotation::{self, SLOTS};
@@ -432,7 +433,7 @@ impl RestEquations<'_> {
             // multipliers may be undetermined where coordinates are not
             let mut own = direction[..place].to_vec();
             for known in &directions {
-                let part = dot(&own, known);
+                let part = inner_product(&own, known);
                 own.iter_mut()
                     .zip(known)
                     .for_each(|(x, known)| *x -= part * known);
@@ -468,7 +469,7 @@ impl RestEquations<'_> {
         let mut apart: Vec<f64> = other.x.iter().zip(&found.x).map(|(x, y)| x - y).collect();
         let turns = self.apart(&self.position(&found.x), &self.position(&other.x));
         self.put_turns(&turns, &mut apart);
-        dot(&apart, direction) >= 0.5 * FAR * size
+        inner_product(&apart, direction) >= 0.5 * FAR * size
     }
 
     /// A direction of all coordinates and free parameters, with zeros for the held coordinates.
@@ -481,9 +482,4 @@ impl RestEquations<'_> {
         whole.extend(parameters);
         whole
     }
-}
-
-/// The size of the largest number.
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
 }
