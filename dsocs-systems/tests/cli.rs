@@ -464,7 +464,7 @@ fn a_page_has_the_name_of_one_and_is_refused_before_the_run() {
         assert!(status == 2 && message.contains("ends in .html"), "{message}");
     }
     assert_eq!(refused(&["report", "--cases", "99"]).0, 2);
-    assert_eq!(refused(&["report", "--speed", "nowhere.csv"]).0, 1);
+    assert_eq!(refused(&["report", "--speed", "nowhere.csv"]).0, 2);
 }
 
 #[test]
