@@ -28,6 +28,11 @@ pub(crate) const FORKS: &str = "say which: begin with a velocity, however small,
     larger than the jump, or hold it by a constraint; if it is to be friction, give it the sign that is against the velocity; and if it raises its own normal \
     force, as in a rod that jams, replace the rigid contact by a stiff spring";
 
+/// Advice where a quotient is 0/0 and has no limit.
+const NODE: &str = " is zero there, and so is what is divided by it, without a limit of the quotient: motions that differ before come there with the \
+    same velocity, and nothing says which of them goes on. End the run before; or write a force whose numerator vanishes wherever the divisor does; \
+    or give the quotient a limit, such as `x / (x.powi(2) + 1e-6)` for `1 / x`";
+
 /// Reasons for the failure of a run by Taylor series.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -76,6 +81,16 @@ pub enum SeriesFailure {
     Unbounded {
         /// The time of that place.
         time: f64,
+    },
+    /// The acceleration is 0/0 at a place within the next step, where a divisor, or the determinant of the
+    /// equations, vanishes. Many motions come there with the same velocity, and nothing says which of them goes
+    /// on.
+    #[error("the motion is not unique beyond t = {time}")]
+    NotUnique {
+        /// The time of that place.
+        time: f64,
+        /// The divisor, if it is a coordinate or a velocity.
+        divisor: Option<String>,
     },
     /// Constraints depend on each other at a place within the next step. There they admit velocities that
     /// they exclude elsewhere, and the motion may continue in more than one way, as that of a linkage at a
@@ -237,6 +252,16 @@ impl fmt::Display for SeriesError {
                 f,
                 "the acceleration has no bound at t = {time:.9}, past which the step from t = {t} would lead: {singular}"
             ),
+            (SeriesFailure::NotUnique { time, divisor }, _) => {
+                f.write_str("the motion is not unique beyond ")?;
+                write!(f, "t = {time:.9}, past which the step from t = {t}, ({}) = {q:?}, ", coordinates.join(", "))?;
+                write!(f, "with the velocity {v:?}, would lead: ")?;
+                match divisor {
+                    Some(divisor) => write!(f, "the divisor `{divisor}`")?,
+                    None => f.write_str("a divisor, or the determinant of the equations,")?,
+                }
+                f.write_str(NODE)
+            }
             (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,
                 "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: {singular}"

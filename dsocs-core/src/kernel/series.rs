@@ -21,7 +21,8 @@
 //!   negative, or bounded by π/2 or by π;
 //! - the sequences of the accelerations;
 //! - the number of accelerations and multipliers that stay unknown, `2 i` or `2 i + 1` for each; the sequences of as
-//!   many rows; and the entries of their Jacobian: their count, and row, column and sequence of each.
+//!   many rows; and the entries of their Jacobian: their count, and row, column and sequence of each;
+//! - the number of divisors whose sign may change, and their sequences.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -30,7 +31,7 @@ use crate::series::orders::LANES;
 use crate::tape::{MalformedTape, Reader, Tape, TapeCall};
 
 /// The version of the format.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// The operation is needed beyond order 0.
 pub(crate) const LASTING: u8 = 1;
@@ -280,6 +281,8 @@ pub(crate) struct Series {
     pub(crate) rows: Vec<Place>,
     /// Row, column, and sequence.
     pub(crate) jacobian: Vec<[Place; 3]>,
+    /// The divisors whose sign may change.
+    pub(crate) divisors: Vec<Place>,
 }
 
 impl Series {
@@ -499,6 +502,8 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
             counts.sequence(reader)?,
         ])
     })?;
+    let count = reader.number()?;
+    let divisors = list(count, || counts.sequence(reader))?;
     let within = operations.iter().all(|op| match op.code {
         Code::Position | Code::Velocity | Code::Acceleration => (op.index as usize) < coordinates,
         Code::Multiplier => (op.index as usize) < multipliers,
@@ -525,6 +530,7 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
         unknown,
         rows,
         jacobian,
+        divisors,
     })
 }
 

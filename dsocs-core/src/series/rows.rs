@@ -10,6 +10,19 @@ use crate::number::scalar::Scalar as _;
 use crate::series::sums::add_product;
 use crate::solve::rotation;
 
+/// Signs as the digits of one number: two numbers differ if a sign does. Beyond the digits of a number, places are
+/// used again.
+#[inline(always)]
+pub(crate) fn number_of_signs<T: Coefficient>(signs: impl Iterator<Item = T>) -> T {
+    const DIGITS: usize = 48;
+    let mut number = T::splat(0.0);
+    for (place, sign) in signs.enumerate() {
+        let unit = (1_u64 << (place % DIGITS)) as f64;
+        number = number + T::splat(unit) * sign;
+    }
+    number
+}
+
 /// Below this size, products of coefficients may underflow to zero.
 const TINY: f64 = 1e-250;
 
@@ -24,8 +37,8 @@ pub struct Series<T = f64> {
     dimension: usize,
     /// The time of the point of expansion.
     t: T,
-    /// See [`Series::sign`].
-    sign: T,
+    /// See [`Series::signs`].
+    signs: T,
     /// `q^(k)/k!` by order, [`ROWS`] rows.
     q: Box<[T]>,
     /// `v^(k)/k!` by order, [`ROWS`] rows.
@@ -39,8 +52,8 @@ pub struct Rows<'c, const N: usize, T = f64> {
     order: usize,
     /// The time of the point of expansion.
     t: T,
-    /// See [`Series::sign`].
-    sign: &'c mut T,
+    /// See [`Series::signs`].
+    signs: &'c mut T,
     /// The position by order.
     q: &'c mut [[T; N]; ROWS],
     /// The velocity by order.
@@ -62,7 +75,7 @@ impl<T: Coefficient> Series<T> {
             order: order.clamp(2, MAX_ORDER),
             dimension,
             t: T::splat(0.0),
-            sign: T::splat(0.0),
+            signs: T::splat(0.0),
             q: table(),
             v: table(),
         }
@@ -88,7 +101,7 @@ impl<T: Coefficient> Series<T> {
         Some(Rows {
             order: self.order.min(MAX_ORDER),
             t: self.t,
-            sign: &mut self.sign,
+            signs: &mut self.signs,
             q: q.try_into().ok()?,
             v: v.try_into().ok()?,
         })
@@ -124,17 +137,17 @@ impl<T: Coefficient> Series<T> {
         self.t
     }
 
-    /// The sign of the determinant of the equations for the accelerations at the point of expansion; 0 if no
-    /// equations are solved.
+    /// The signs, at the point of expansion, of the determinant of the equations for the accelerations and of
+    /// the divisors that may vanish, as one number: two numbers differ if a sign does.
     #[inline]
-    pub(crate) fn sign(&self) -> T {
-        self.sign
+    pub(crate) fn signs(&self) -> T {
+        self.signs
     }
 
-    /// Sets the sign of that determinant.
+    /// Sets the number of these signs.
     #[inline]
-    pub(crate) fn set_sign(&mut self, sign: T) {
-        self.sign = sign;
+    pub(crate) fn set_signs(&mut self, signs: T) {
+        self.signs = signs;
     }
 
     /// Moves the point of expansion to the time `s` later; the polynomials stay the same.
@@ -306,10 +319,10 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         })
     }
 
-    /// Sets the sign of the determinant of the equations for the accelerations.
+    /// Sets the signs of the determinant and of the divisors, as digits of one number.
     #[inline(always)]
-    pub fn set_sign(&mut self, sign: T) {
-        *self.sign = sign;
+    pub fn set_signs<const M: usize>(&mut self, signs: [T; M]) {
+        *self.signs = number_of_signs(signs.into_iter());
     }
 
     /// Stores the acceleration of order `k`, and advances position and velocity from order `k` to the next.

@@ -377,6 +377,10 @@ impl Integrator {
             Outcome::NotFinite if self.goes_over_here(equations) => self.go(equations, until),
             Outcome::NotFinite => Err(self.failed(equations, SeriesFailure::NotFinite).into()),
             Outcome::Unbounded(time) => Err(self.failed(equations, SeriesFailure::Unbounded { time }).into()),
+            Outcome::NotUnique(time, divisor) => {
+                let cause = SeriesFailure::NotUnique { time, divisor };
+                Err(self.failed(equations, cause).into())
+            }
             Outcome::Dependent(time, row) => Err(self
                 .failed(equations, SeriesFailure::Dependent { time, row })
                 .into()),
@@ -471,7 +475,7 @@ impl Integrator {
                 match self.past(
                     equations,
                     (if at_corner { judged_at } else { h }, smallest),
-                    (!at_switch && !is_knot).then_some(end),
+                    (t, (!at_switch && !is_knot).then_some(end)),
                 ) {
                     None => {}
                     Some(Past::Unseen(ahead)) => {
@@ -574,4 +578,6 @@ pub(super) enum Outcome {
     TooSmall(f64),
     Unbounded(f64),
     Dependent(f64, DependentRow),
+    /// The time of the place, and the divisor that is zero there.
+    NotUnique(f64, Option<String>),
 }

@@ -336,7 +336,7 @@ impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S
 
     fn tell(&self, lane: usize, first: usize, series: &mut Series) {
         let (lane, order) = (lane % LANES, series.order());
-        series.set_sign(self.next.sign().lane(lane));
+        series.set_signs(self.next.signs().lane(lane));
         let Some(v) = series.velocity_table_mut::<N>() else {
             return; // never: the lengths agree
         };

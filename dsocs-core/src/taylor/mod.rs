@@ -100,6 +100,7 @@ mod node;
 mod order;
 mod pieces;
 mod projection;
+mod quotient;
 mod recurrences;
 mod rounding;
 mod singular;

@@ -17,7 +17,7 @@ use crate::tape::declaration::Declaration;
 
 /// A step that would lead past such a place is shortened to half the distance, unless that place is nearer
 /// than this part of the step.
-const PAST: f64 = 0.01;
+pub(super) const PAST: f64 = 0.01;
 
 /// Number of bisections towards such a place.
 const HALVINGS: u32 = 24;
@@ -55,14 +55,14 @@ pub(super) enum Past {
 }
 
 impl Integrator {
-    /// Whether the determinant has another sign at the end of the trial step.
+    /// Whether the determinant, or a divisor, has another sign at the end of the trial step.
     #[inline(always)]
     pub(super) fn changes_sign(&self) -> bool {
-        self.series.sign() * self.next.sign() < 0.0
+        (self.series.signs() - self.next.signs()).abs() > 0.0
     }
 
     /// Position, velocity and acceleration of the last series after a time.
-    fn place_after(&self, s: f64) -> (Place, Vector) {
+    pub(super) fn place_after(&self, s: f64) -> (Place, Vector) {
         let (q, v) = self.series.start();
         let [mut dq, mut dv, mut a] = [(); 3].map(|()| Vector::zero(q.len()));
         self.series.increments(s, [&mut dq, &mut dv, &mut a]);
@@ -80,19 +80,22 @@ impl Integrator {
         defect >= TORN * acceleration && defect > 0.0 || self.changes_sign()
     }
 
-    /// The place that the trial step of the length `h` must not pass; `end` has the sizes of the acceleration
-    /// there. At switches and knots the determinant may jump: then it is not used.
+    /// The place that the trial step of the length `h`, to the time `t`, must not pass; `end` has the sizes of
+    /// the acceleration there. At switches and knots the determinant may jump: then it is not used.
     #[inline(always)]
     pub(super) fn past(
-        &self,
-        equations: &dyn SeriesKernel,
+        &mut self,
+        equations: &mut dyn SeriesKernel,
         (h, smallest): (f64, f64),
-        end: Option<[f64; 2]>,
+        (t, end): (f64, Option<[f64; 2]>),
     ) -> Option<Past> {
         if let Some(end) = end
             && self.may_pass_zero(end)
         {
-            let past = self.past_zero(equations, h, smallest);
+            let mut past = self.past_zero(equations, h, smallest);
+            if past.is_none() && self.changes_sign() {
+                past = self.past_quotient(equations, (h, t));
+            }
             if past.is_some() {
                 return past;
             }

@@ -67,6 +67,7 @@ mod scenes_table;
 mod scenes_written;
 mod signs_written;
 mod singular_laws;
+mod singular_nodes;
 mod small_unknowns;
 mod smooth_scenes;
 mod sparse;

@@ -333,8 +333,11 @@ impl Expansion<'_, '_> {
                     break;
                 }
             }
-            next.set_sign(tables.accelerations.sign);
         }
+        let determinant = (!series.unknown.is_empty()).then_some(tables.accelerations.sign);
+        let divisors = series.divisors.iter();
+        let divisors = divisors.map(|&divisor| tables.sequences[divisor as usize][START].signum());
+        next.set_signs(rows::number_of_signs(determinant.into_iter().chain(divisors)));
         for (switch, argument) in tables.switches.iter_mut().zip(&series.arguments) {
             match *argument {
                 Argument::Steep(u) => switch.steep(tables.sequences[u as usize][START]),

@@ -8,6 +8,7 @@ use super::sequence::{Argument, Bound, Constant, Op, Sequence, Sequences};
 use super::switches::HIGH;
 use crate::graph::{Comparison, Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
+use crate::mechanics::Ranges;
 use crate::passes::share::{Factor, Product, Shared};
 
 /// The lowering of expressions to sequences, each expression once.
@@ -20,6 +21,7 @@ pub(crate) struct Lower<'g> {
     products: HashMap<Product, Sequence>,
     shared: Shared,
     pub(crate) sums: Sums,
+    ranges: Ranges,
 }
 
 impl<'g> Lower<'g> {
@@ -44,6 +46,7 @@ impl<'g> Lower<'g> {
             products: HashMap::default(),
             shared: Shared::find(products),
             sums: Sums::default(),
+            ranges: Ranges::default(),
         }
     }
 
@@ -208,7 +211,14 @@ impl<'g> Lower<'g> {
         let (mut above, mut below) = (None, None);
         for (factor, &count) in product {
             let (sequence, inverse) = match factor {
-                Factor::Node { node, inverse } => (self.lower(*node), *inverse),
+                Factor::Node { node, inverse } => {
+                    let sequence = self.lower(*node);
+                    let may_change = *inverse && !count.is_multiple_of(2);
+                    if may_change && !self.ranges.have_one_sign(self.graph, *node) {
+                        self.sequences.add_divisor(sequence);
+                    }
+                    (sequence, *inverse)
+                }
                 Factor::Part(place) => {
                     let part = self.shared.part(*place);
                     (self.shared_product(&part), false)

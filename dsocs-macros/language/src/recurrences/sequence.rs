@@ -272,9 +272,23 @@ pub(crate) struct Sequences {
     places: HashMap<[Operand; 2], Lane>,
     /// The arguments of switches with their expressions; a difference has two.
     switches: Vec<(Argument, Vec<NodeId>)>,
+    /// The divisors whose sign may change.
+    divisors: Vec<Sequence>,
 }
 
 impl Sequences {
+    /// Adds a divisor whose sign may change.
+    pub(super) fn add_divisor(&mut self, divisor: Sequence) {
+        if !self.divisors.contains(&divisor) {
+            self.divisors.push(divisor);
+        }
+    }
+
+    /// The divisors whose sign may change.
+    pub(crate) fn divisors(&self) -> &[Sequence] {
+        &self.divisors
+    }
+
     /// The sequence of an operation, shared with equal ones.
     pub(crate) fn push(&mut self, op: Op) -> Sequence {
         if let Some(&known) = self.known.get(&op) {

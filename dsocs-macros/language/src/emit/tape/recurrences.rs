@@ -13,7 +13,7 @@ use crate::recurrences::plan::{Factor, Plan};
 use crate::recurrences::sequence::{Argument, Constant, Inverse, Lane, Op, Operand, Sequence};
 
 /// The version of the format, as `dsocs_core` reads it.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// The recurrences of Taylor series as data, from [`Model::series`].
 #[derive(Clone, Debug, PartialEq)]
@@ -176,6 +176,8 @@ impl Bytes<'_> {
             self.number(column);
             self.sequence(self.plan.jacobian[row * motion.unknown.len() + column]);
         }
+        self.number(sequences.divisors().len());
+        self.sequences(sequences.divisors());
     }
 
     /// All bytes: the numbers, then everything else.

@@ -143,7 +143,7 @@ fn is_of_motion(graph: &Graph, argument: NodeId, order: usize) -> bool {
 
 /// Bounds of the values of expressions, by their form.
 #[derive(Default)]
-struct Ranges {
+pub(crate) struct Ranges {
     known: HashMap<NodeId, [f64; 2]>,
 }
 
@@ -151,7 +151,7 @@ impl Ranges {
     const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
     /// Whether the values of an expression are all nonnegative or all nonpositive.
-    fn have_one_sign(&mut self, graph: &Graph, id: NodeId) -> bool {
+    pub(crate) fn have_one_sign(&mut self, graph: &Graph, id: NodeId) -> bool {
         let [least, most] = self.of(graph, id);
         least >= 0.0 || most <= 0.0
     }

@@ -256,7 +256,6 @@ impl Writer<'_> {
                             break;
                         }
                     }
-                    #series.set_sign(#inverse.sign());
                 },
                 quote! {
                     let mut #a = [__T::splat(0.0); #n];
@@ -270,6 +269,7 @@ impl Writer<'_> {
         };
         let (store, watch) = (self.store(), self.watch());
         let watch_narrow_features = self.watch_narrow_features();
+        let set_signs = self.set_signs();
         let (push, turning) = self.push();
         quote! {
             let (mut #q, mut #v) = #series.start();
@@ -277,6 +277,7 @@ impl Writer<'_> {
             let mut #y = [__T::splat(0.0); #length];
             #start
             #solve_start
+            #set_signs
             #watch_narrow_features
             #begin_blocks
             #series.#push(0, #turning &mut #q, &mut #v, [#(#first),*]);

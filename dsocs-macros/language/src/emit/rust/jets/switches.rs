@@ -4,6 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::write::{Writer, at, kth, local, zeroth};
+use crate::recurrences::plan::Plan;
 use crate::recurrences::sequence::{Argument, Sequence};
 
 impl Writer<'_> {
@@ -46,6 +47,23 @@ impl Writer<'_> {
         match self.switch(Argument::Sign(u)) {
             Some([table, place]) => quote!(#table.start(#place, #value, #own)),
             None => own,
+        }
+    }
+
+    /// Passes the signs of the determinant and of the divisors to the series.
+    pub(super) fn set_signs(&self) -> TokenStream {
+        let Plan { sequences, motion, .. } = self.plan;
+        let [series, inverse] = ["series", "inverse"].map(local);
+        let determinant = (!motion.unknown.is_empty()).then(|| quote!(#inverse.sign()));
+        let divisors = sequences.divisors().iter().map(|&divisor| {
+            let value = zeroth(divisor);
+            quote!(__T::signum(#value))
+        });
+        let signs: Vec<_> = determinant.into_iter().chain(divisors).collect();
+        if signs.is_empty() {
+            TokenStream::new()
+        } else {
+            quote!(#series.set_signs([#(#signs),*]);)
         }
     }
 
