@@ -6,7 +6,8 @@
 //!
 //! - If all are zero, the quotient has a limit, as `sin(x) / x`.
 //! - If one is positive, all motions close by come to this place with the same velocity, and nothing says which of
-//!   them goes on: the motion ends. If it is a whole number, these motions are smooth, and each goes on as itself.
+//!   them goes on: the motion ends. If it is a whole number, these motions are smooth, and each goes on as itself, as
+//!   far as a step beyond the place keeps the difference, which nearly vanishes there.
 //! - If one is negative, the other motions do not come through.
 //!
 //! No size of the divisor is needed for that, but its sign, which each expansion gives: so this finds the zeros of
@@ -45,6 +46,10 @@ const NARROWEST: f64 = 1e-13;
 const WIDER: f64 = 16.0;
 const WIDEST: f64 = 0.05;
 
+/// A step to the other side of a place, where differences of motions vanish, may make those at its beginning larger by
+/// this factor.
+const AMPLIFIES: f64 = 1e4;
+
 /// Number of corrections of the velocity to that of the motion which passes.
 const CORRECTIONS: u32 = 4;
 
@@ -79,10 +84,12 @@ impl Integrator {
         // the expansions above have changed the state of the recurrences
         self.arrive(equations, h, t);
         let (ahead, outcome) = found?;
-        Some(if ahead.abs() > PAST * h.abs() {
-            Past::Unseen(ahead.abs())
-        } else {
+        // an unbounded acceleration is looked at again from nearer, where the motion may turn away
+        let is_near = ahead.abs() <= PAST * h.abs() || BESIDE * h.abs() <= self.resolution();
+        Some(if is_near || matches!(outcome, Outcome::NotUnique(..)) {
             Past::End(outcome)
+        } else {
+            Past::Unseen(ahead.abs())
         })
     }
 }
@@ -191,9 +198,10 @@ impl Probe<'_> {
             if size(&residue) > ROUNDING + tolerance * grows {
                 return unbounded;
             }
+            let (h, left_size) = (self.h, size(&left));
             let is_open = |&[p, other]: &[f64; 2]| {
-                let near = ZERO * p.max(1.0) + tolerance * size(&left).min(1.0);
-                p > ZERO && (other.abs() > near || (p - p.round()).abs() > near)
+                let near = ZERO * p.max(1.0) + tolerance * left_size.min(1.0);
+                p > ZERO && (other.abs() > near || (p - p.round()).abs() > near || (h / s - 1.0).powf(p) > AMPLIFIES)
             };
             if size(&left) <= ROUNDING || main.abs() < ZERO {
                 return powers.iter().any(is_open).then(|| Outcome::NotUnique(place.t, self.divisor(s)));

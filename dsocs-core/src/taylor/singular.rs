@@ -80,6 +80,12 @@ impl Integrator {
         defect >= TORN * acceleration && defect > 0.0 || self.changes_sign()
     }
 
+    /// The time in which the position changes by so many roundings that the determinant is more than rounding.
+    pub(super) fn resolution(&self) -> f64 {
+        let (q, v) = self.series.start();
+        RESOLVED * f64::EPSILON * (size(q) / size(v)).max(self.t.hi[0].abs())
+    }
+
     /// The place that the trial step of the length `h`, to the time `t`, must not pass; `end` has the sizes of
     /// the acceleration there. At switches and knots the determinant may jump: then it is not used.
     #[inline(always)]
@@ -145,8 +151,7 @@ impl Integrator {
         }
         let (mut least, mut apart, mut largest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
         let mut halvings = 0;
-        let rounding =
-            RESOLVED * f64::EPSILON * (size(&first.1.q) / size(&first.1.v)).max(self.t.hi[0].abs());
+        let rounding = self.resolution();
         for _ in 0..HALVINGS {
             if (to.0 - from.0).abs() <= rounding {
                 break;
