@@ -254,7 +254,11 @@ impl fmt::Display for SeriesError {
             ),
             (SeriesFailure::NotUnique { time, divisor }, _) => {
                 f.write_str("the motion is not unique beyond ")?;
-                write!(f, "t = {time:.9}, past which the step from t = {t}, ({}) = {q:?}, ", coordinates.join(", "))?;
+                write!(
+                    f,
+                    "t = {time:.9}, past which the step from t = {t}, ({}) = {q:?}, ",
+                    coordinates.join(", ")
+                )?;
                 write!(f, "with the velocity {v:?}, would lead: ")?;
                 match divisor {
                     Some(divisor) => write!(f, "the divisor `{divisor}`")?,

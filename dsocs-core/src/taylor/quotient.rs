@@ -46,8 +46,8 @@ const NARROWEST: f64 = 1e-13;
 const WIDER: f64 = 16.0;
 const WIDEST: f64 = 0.05;
 
-/// A step to the other side of a place, where differences of motions vanish, may make those at its beginning larger by
-/// this factor.
+/// Where differences of motions vanish, those at the beginning of a step may be larger at its end by this factor, and
+/// the other way round.
 const AMPLIFIES: f64 = 1e4;
 
 /// Number of corrections of the velocity to that of the motion which passes.
@@ -63,7 +63,11 @@ impl Integrator {
     /// [`Integrator::past`] for a divisor, or the determinant, with another sign at the end: the first place within
     /// the trial step of the length `h`, to the time `t`, where the acceleration has no limit.
     #[cold]
-    pub(super) fn past_quotient(&mut self, equations: &mut dyn SeriesKernel, (h, t): (f64, f64)) -> Option<Past> {
+    pub(super) fn past_quotient(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        (h, t): (f64, f64),
+    ) -> Option<Past> {
         let [mut before, end] = [self.series.signs(), self.next.signs()];
         let mut probe = Probe {
             motion: self,
@@ -74,7 +78,7 @@ impl Integrator {
         let (mut from, mut found) = (0.0, None);
         for _ in 0..PLACES {
             let place = probe.change(&[], before, [from, h]);
-            found = probe.ends(place, before).map(|outcome| (place, outcome));
+            found = probe.past(place, before);
             from = place + BESIDE * h;
             before = probe.signs(from, &[]);
             if found.is_some() || before == end || before.is_nan() {
@@ -83,14 +87,26 @@ impl Integrator {
         }
         // the expansions above have changed the state of the recurrences
         self.arrive(equations, h, t);
-        let (ahead, outcome) = found?;
-        // an unbounded acceleration is looked at again from nearer, where the motion may turn away
-        let is_near = ahead.abs() <= PAST * h.abs() || BESIDE * h.abs() <= self.resolution();
-        Some(if is_near || matches!(outcome, Outcome::NotUnique(..)) {
-            Past::End(outcome)
-        } else {
-            Past::Unseen(ahead.abs())
-        })
+        found
+    }
+}
+
+/// The velocities near a place.
+struct Near {
+    /// The sizes of the components.
+    scale: Vector,
+    /// The forms of the constraints of lower order, orthonormal, in units of these.
+    forms: Vec<Vector>,
+}
+
+impl Near {
+    fn len(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// The size of a change of the velocity.
+    fn size(&self, change: &Vector) -> f64 {
+        largest(&change.zip(&self.scale, |x, scale| x / scale))
     }
 }
 
@@ -154,81 +170,122 @@ impl Probe<'_> {
         residue.is_finite().then_some(residue)
     }
 
-    /// The end of the motion at a zero of a divisor at the time `s`, if it ends there.
-    fn ends(&mut self, s: f64, before: f64) -> Option<Outcome> {
-        let (place, a) = self.motion.place_after(s);
-        let n = place.v.len();
-        let moves = place.v.zip(&a, |v, a| v.abs() + (a * self.h).abs());
-        let largest = moves.iter().fold(0.0_f64, |largest, x| largest.max(*x));
-        let scale = moves.map(|x| x.max(LEAST * largest));
+    /// The place at the time `s` of the step, a zero of a divisor, if the step must not pass it.
+    fn past(&mut self, s: f64, before: f64) -> Option<Past> {
+        let near = self.near(s)?;
         let residue = self.residue(s, &[], before)?;
-        let size = |x: &Vector| x.zip(&scale, |x, scale| x / scale).iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let tolerance = ERRORS * self.motion.control.relative();
-        let tangent = self.tangent(s, &scale);
-        // the derivative of the residue by the velocity along a direction, both in units of the velocity
-        let slope = |probe: &mut Self, centre: &Vector, direction: &Vector| {
-            let along = |step: f64| {
-                let by = direction.zip(&scale, |y, scale| y * scale);
-                centre.zip(&by, |v, by| v + step * by)
-            };
-            let [back, on] = [-BESIDE, BESIDE].map(|step| probe.residue(s, &along(step), before));
-            let slope = on?.zip(&back?, |on, back| 0.5 * (on - back) / BESIDE);
-            Some(slope.zip(&scale, |x, scale| x / scale))
-        };
-        let largest_of = |x: &Vector| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let any = tangent(&Vector::from_fn(n, |i| 0.5 + (GOLDEN * (i + 1) as f64).fract()));
-        let mut centre = Vector::zero(n);
-        let grows = slope(self, &centre, &any).map_or(0.0, |slope| largest_of(&slope));
-        let unbounded = Some(Outcome::Unbounded(place.t));
-        if grows < ZERO {
-            return unbounded.filter(|_| size(&residue) > ROUNDING);
+        let any = Vector::from_fn(near.len(), |i| 0.5 + (GOLDEN * (i + 1) as f64).fract());
+        let mut centre = Vector::zero(near.len());
+        let slope = self.slope((s, before), &centre, &near, &any);
+        if slope.is_none_or(|slope| largest(&slope) < ZERO) {
+            return (near.size(&residue) > ROUNDING).then(|| self.unbounded(s));
         }
-        let mut left = residue.clone();
-        for _ in 0..CORRECTIONS {
-            let columns: Vec<Vector> = (0..n)
+        let (mut left, mut powers) = (near.size(&residue), Vec::new());
+        for correction in 0..CORRECTIONS {
+            let columns: Vec<Vector> = (0..near.len())
                 .map(|j| {
-                    let unit = tangent(&Vector::from_fn(n, |i| f64::from(u8::from(i == j))));
-                    slope(self, &centre, &unit).unwrap_or_else(|| Vector::zero(n))
+                    let unit = Vector::from_fn(near.len(), |i| f64::from(u8::from(i == j)));
+                    let slope = self.slope((s, before), &centre, &near, &unit);
+                    slope.unwrap_or_else(|| Vector::zero(near.len()))
                 })
                 .collect();
-            let rows: Vec<Vec<f64>> = (0..n).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-            let powers = eigenvalues(&rows)?;
-            let main = powers.iter().copied().max_by(|x, y| x[0].abs().total_cmp(&y[0].abs()))?[0];
-            let grows = columns.iter().map(largest_of).fold(0.0, f64::max);
-            if size(&residue) > ROUNDING + tolerance * grows {
-                return unbounded;
+            let grows = columns.iter().map(|column| largest(column)).fold(0.0, f64::max);
+            if correction == 0 && left > ROUNDING + tolerance * grows {
+                return Some(self.unbounded(s));
             }
-            let (h, left_size) = (self.h, size(&left));
-            let is_open = |&[p, other]: &[f64; 2]| {
-                let near = ZERO * p.max(1.0) + tolerance * left_size.min(1.0);
-                p > ZERO && (other.abs() > near || (p - p.round()).abs() > near || (h / s - 1.0).powf(p) > AMPLIFIES)
-            };
-            if size(&left) <= ROUNDING || main.abs() < ZERO {
-                return powers.iter().any(is_open).then(|| Outcome::NotUnique(place.t, self.divisor(s)));
-            }
+            let row = |i: usize| columns.iter().map(|column| column[i]).collect();
+            powers = eigenvalues(&(0..near.len()).map(row).collect::<Vec<_>>())?;
             // to the velocity of the motion that passes, if there is one such direction
-            let corrected = centre.zip(&left, |v, r| v - r / main);
-            let Some(next) = self.residue(s, &corrected, before).filter(|next| size(next) < size(&left)) else {
-                return powers.iter().any(is_open).then(|| Outcome::NotUnique(place.t, self.divisor(s)));
-            };
-            (centre, left) = (corrected, next);
+            let main = powers
+                .iter()
+                .map(|power| power[0])
+                .max_by(|x, y| x.abs().total_cmp(&y.abs()))?;
+            if left <= ROUNDING || main.abs() < ZERO {
+                break;
+            }
+            let residue = self.residue(s, &centre, before)?;
+            let corrected = centre.zip(&residue, |v, r| v - r / main);
+            match self.residue(s, &corrected, before).map(|next| near.size(&next)) {
+                Some(next) if next < left => (centre, left) = (corrected, next),
+                _ => break,
+            }
         }
-        None
+        self.past_powers(s, &powers, tolerance * left.min(1.0))
     }
 
-    /// The part of a direction, in units of the velocity's components, that constraints of lower order admit.
-    fn tangent(&self, s: f64, scale: &Vector) -> impl Fn(&Vector) -> Vector + use<> {
+    /// [`Probe::past`] for the powers of the time with which motions differ near the place, known to an error.
+    fn past_powers(&self, s: f64, powers: &[[f64; 2]], error: f64) -> Option<Past> {
+        let is_whole = |&[p, other]: &[f64; 2]| {
+            let near = ZERO * p.max(1.0) + error;
+            other.abs() <= near && (p - p.round()).abs() <= near
+        };
+        let mut powers = powers.iter().filter(|power| power[0] > ZERO).peekable();
+        powers.peek()?;
+        let most = powers.try_fold(0.0_f64, |most, power| is_whole(power).then(|| most.max(power[0])));
+        let beyond = self.h / s - 1.0;
+        match most {
+            Some(most) if beyond.powf(most) > AMPLIFIES => Some(self.not_unique(s)),
+            None => Some(self.not_unique(s)),
+            // the next step would begin too near
+            Some(most) => (beyond.powf(-most) > AMPLIFIES).then_some(Past::Unseen(s.abs())),
+        }
+    }
+
+    /// The end of the motion at the time `s`, where more than one motion goes on.
+    fn not_unique(&self, s: f64) -> Past {
+        Past::End(Outcome::NotUnique(self.motion.t.hi[0] + s, self.divisor(s)))
+    }
+
+    /// The end of a motion whose acceleration is unbounded at the time `s`. It is looked at again from nearer, where
+    /// the motion may turn away.
+    fn unbounded(&self, s: f64) -> Past {
+        let is_near = s.abs() <= PAST * self.h.abs() || BESIDE * self.h.abs() <= self.motion.resolution();
+        if is_near {
+            Past::End(Outcome::Unbounded(self.motion.t.hi[0] + s))
+        } else {
+            Past::Unseen(s.abs())
+        }
+    }
+
+    /// The derivative of the residue by the velocity along a direction, which is made admissible, both in units of
+    /// the velocity.
+    fn slope(
+        &mut self,
+        (s, before): (f64, f64),
+        centre: &Vector,
+        near: &Near,
+        direction: &Vector,
+    ) -> Option<Vector> {
+        let mut direction = direction.clone();
+        remove(&near.forms, &mut direction);
+        let by = direction.zip(&near.scale, |y, scale| y * scale);
+        let [back, on] = [-BESIDE, BESIDE].map(|step| {
+            let by = centre.zip(&by, |v, by| v + step * by);
+            self.residue(s, &by, before)
+        });
+        let slope = on?.zip(&back?, |on, back| 0.5 * (on - back) / BESIDE);
+        Some(slope.zip(&near.scale, |x, scale| x / scale))
+    }
+
+    /// The sizes and the admissible changes of velocities at the time `s`; `None` at rest.
+    fn near(&self, s: f64) -> Option<Near> {
+        let (place, a) = self.motion.place_after(s);
+        let moves = place.v.zip(&a, |v, a| v.abs() + (a * self.h).abs());
+        let most = largest(&moves);
+        let scale = moves.map(|x| x.max(LEAST * most));
         let declaration = self.equations.declaration();
         let (lower, n) = (declaration.lower(), scale.len());
-        let (place, _) = self.motion.place_after(s);
         let mut rows = vec![0.0; lower * (1 + n)];
         if lower > 0 {
-            self.equations.phase_slopes(true, (place.t, &place.q, &place.v), &mut rows);
+            self.equations
+                .phase_slopes(true, (place.t, &place.q, &place.v), &mut rows);
         }
         let mut forms: Vec<Vector> = Vec::new();
         for row in rows[lower..].chunks_exact(n.max(1)) {
-            let mut form = Vector::of(row).zip(scale, |row, scale| row * scale);
+            let mut form = Vector::of(row).zip(&scale, |row, scale| row * scale);
             let whole = product(&form, &form);
+            // a second time for what rounding has left
             for _ in 0..2 {
                 remove(&forms, &mut form);
             }
@@ -237,11 +294,7 @@ impl Probe<'_> {
                 forms.push(form.map(|x| x / square.sqrt()));
             }
         }
-        move |direction| {
-            let mut direction = direction.clone();
-            remove(&forms, &mut direction);
-            direction
-        }
+        (most > 0.0 && most.is_finite()).then_some(Near { scale, forms })
     }
 
     /// The divisor that is zero at the time `s`, as declared; `None` if it is not a coordinate or velocity, or is
@@ -265,6 +318,11 @@ impl Probe<'_> {
         let undefined = undefined::of_point(&self.equations.declaration(), point)?;
         (undefined.value == 0.0).then_some(undefined.expression)
     }
+}
+
+/// The largest absolute component.
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// The inner product.

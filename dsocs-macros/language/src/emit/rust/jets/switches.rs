@@ -52,7 +52,9 @@ impl Writer<'_> {
 
     /// Passes the signs of the determinant and of the divisors to the series.
     pub(super) fn set_signs(&self) -> TokenStream {
-        let Plan { sequences, motion, .. } = self.plan;
+        let Plan {
+            sequences, motion, ..
+        } = self.plan;
         let [series, inverse] = ["series", "inverse"].map(local);
         let determinant = (!motion.unknown.is_empty()).then(|| quote!(#inverse.sign()));
         let divisors = sequences.divisors().iter().map(|&divisor| {
