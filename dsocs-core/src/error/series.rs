@@ -29,7 +29,7 @@ pub(crate) const FORKS: &str = "say which: begin with a velocity, however small,
     force, as in a rod that jams, replace the rigid contact by a stiff spring";
 
 /// Advice where a quotient is 0/0 and has no limit.
-const NODE: &str = " is zero there, and so is what is divided by it, without a limit of the quotient: motions that differ before come there with the \
+const NODE: &str = "is zero there, and so is what is divided by it, without a limit of the quotient: motions that differ before come there with the \
     same velocity, and nothing says which of them goes on. End the run before; or write a force whose numerator vanishes wherever the divisor does; \
     or give the quotient a limit, such as `x / (x.powi(2) + 1e-6)` for `1 / x`";
 
@@ -207,6 +207,7 @@ impl SeriesError {
 }
 
 impl fmt::Display for SeriesError {
+    #[allow(clippy::too_many_lines)] // one text after another
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let FailedSeries {
             time: t,
@@ -253,18 +254,16 @@ impl fmt::Display for SeriesError {
                 "the acceleration has no bound at t = {time:.9}, past which the step from t = {t} would lead: {singular}"
             ),
             (SeriesFailure::NotUnique { time, divisor }, _) => {
-                f.write_str("the motion is not unique beyond ")?;
+                let coordinates = coordinates.join(", ");
+                let divisor = divisor.as_ref().map(|divisor| format!("the divisor `{divisor}`"));
+                let divisor = divisor
+                    .as_deref()
+                    .unwrap_or("a divisor, or the determinant of the equations,");
                 write!(
                     f,
-                    "t = {time:.9}, past which the step from t = {t}, ({}) = {q:?}, ",
-                    coordinates.join(", ")
-                )?;
-                write!(f, "with the velocity {v:?}, would lead: ")?;
-                match divisor {
-                    Some(divisor) => write!(f, "the divisor `{divisor}`")?,
-                    None => f.write_str("a divisor, or the determinant of the equations,")?,
-                }
-                f.write_str(NODE)
+                    "the motion is not unique beyond t = {time:.9}, past which the step from t = {t}, ({coordinates}) = {q:?}, with the velocity {v:?}, \
+                     would lead: {divisor} {NODE}"
+                )
             }
             (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,

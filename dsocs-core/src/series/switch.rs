@@ -207,6 +207,15 @@ impl Switch {
         matches!(self.kind, Kind::Bounded(_))
     }
 
+    /// The distance of the value of a bounded function from its bound; `None` for other arguments.
+    pub(crate) fn from_bound(&self) -> Option<f64> {
+        match self.kind {
+            Kind::Bounded(bound) if bound > 0.0 => Some(bound - self.size()),
+            Kind::Bounded(_) => Some(self.size()),
+            _ => None,
+        }
+    }
+
     /// Whether the value is exactly zero.
     pub(crate) fn is_zero(&self) -> bool {
         self.may_turn() && self.coefficients[0] == 0.0

@@ -11,6 +11,7 @@ use super::recurrences::SeriesKernel;
 use super::state::State;
 use super::watch;
 use crate::number::compensated::Compensated;
+use crate::series::rows::Series;
 use crate::series::switch::Reach;
 use crate::solve::rotation;
 
@@ -35,6 +36,12 @@ const FOUND: f64 = 1e-3;
 /// Roots vanish at the corner, and are evaluated up to this part of the way to it.
 const UP_TO: f64 = 0.98;
 
+/// A value that comes within this part of its distance from a bound reaches it. It is searched within the next part
+/// of the step, in so many sections.
+const REACHED: f64 = 1e-9;
+const AROUND: f64 = 0.2;
+const SECTIONS: u32 = 60;
+
 /// If a step ends closer to a corner than this many times its length, it may go to the corner itself.
 const NEAR: f64 = 4.0;
 
@@ -55,6 +62,48 @@ impl Integrator {
         });
         self.watch = Some(watch);
         (nearest < f64::INFINITY).then_some(nearest)
+    }
+
+    /// Whether a value reaches its bound about a time `h` after the beginning of the step, as its series tells. A
+    /// root of a square plus something small, as `√(u² + e)`, nearly vanishes and has no corner.
+    #[cold]
+    pub(super) fn is_corner(&self, equations: &mut dyn SeriesKernel, h: f64) -> bool {
+        let mut switches = Vec::new();
+        watch::each(equations, |_, _, switch| switches.push(switch.clone()));
+        let mut scratch = Series::new(self.now.q().len(), 2);
+        let mut distances = |s: f64| {
+            let (place, a) = self.place_after(s);
+            scratch.begin(place.t, &place.q, &place.v);
+            scratch.expect(&a);
+            equations.expand(&mut scratch);
+            let mut distances = Vec::new();
+            watch::each(equations, |_, _, switch| distances.extend(switch.from_bound()));
+            distances
+        };
+        let reaches = distances(0.0).into_iter().enumerate().any(|(which, first)| {
+            let [mut from, mut to] = [(1.0 - AROUND) * h, (1.0 + AROUND) * h];
+            let mut distance = |s: f64| distances(s).get(which).copied().unwrap_or(f64::NAN);
+            for _ in 0..SECTIONS {
+                let thirds = [from + (to - from) / 3.0, to - (to - from) / 3.0];
+                let [left, right] = thirds.map(&mut distance);
+                if left < right {
+                    to = thirds[1];
+                } else {
+                    from = thirds[0];
+                }
+            }
+            // a value that is not a number is no proof of the contrary
+            let least = distance(0.5 * (from + to));
+            least.is_nan() || least <= REACHED * first
+        });
+        // the step is made with its own switches
+        let mut switches = switches.into_iter();
+        watch::each(equations, |_, _, switch| {
+            if let Some(own) = switches.next() {
+                *switch = own;
+            }
+        });
+        reaches
     }
 
     /// The order of the series up to which its terms decrease after a time `h`, if the last two are as small

@@ -102,7 +102,14 @@ impl Integrator {
     pub(super) fn foresee_trial(&mut self, equations: &mut dyn SeriesKernel, trial: &mut Trial, left: f64) {
         let has_pieces = self.watch.as_ref().is_some_and(|watch| watch.has_pieces);
         let whole = trial.end.size;
-        trial.end = self.foresee(equations, whole.copysign(left));
+        trial.end = self.foresee(equations, whole.copysign(left), true);
+        let mut has_corner = true;
+        if trial.end.at_corner {
+            has_corner = self.is_corner(equations, trial.end.size.copysign(left));
+            if !has_corner {
+                trial.end = self.foresee(equations, whole.copysign(left), false);
+            }
+        }
         trial.is_foreseen = trial.end.size < whole && !trial.end.at_switch && !trial.end.at_corner;
         let End {
             size,
@@ -112,9 +119,11 @@ impl Integrator {
         } = trial.end;
         if !at_switch
             && !at_corner
+            && has_corner
             && let Some(place) = self.comes_to_corner(equations, size.copysign(left))
             && place <= left.abs()
             && let Some(known) = self.tells_up_to(place)
+            && self.is_corner(equations, place.copysign(left))
         {
             trial.otherwise = Some((self.series.order(), size));
             self.series.set_order(known);

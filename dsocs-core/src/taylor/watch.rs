@@ -183,12 +183,16 @@ impl Integrator {
         margin(equations, size) < 0.0
     }
 
-    /// The part of a step of the length `|h|` that may be taken. From here on the pieces are held.
-    pub(super) fn foresee(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> End {
+    /// The part of a step of the length `|h|` that may be taken; not less for corners, unless they are wanted. From
+    /// here on the pieces are held.
+    pub(super) fn foresee(&mut self, equations: &mut dyn SeriesKernel, h: f64, wants_corners: bool) -> End {
         let (order, limits) = (self.series.order(), self.control.limits);
         let mut watch = self.watch.take().unwrap_or_default();
         let (mut part, mut at_switch, mut at_corner) = (1.0, false, false);
         each(equations, |_, _, switch| {
+            if switch.is_bounded() && !wants_corners {
+                return;
+            }
             // a corner and a switch may be at the same place
             let at_most = if at_corner { BESIDE_CORNER * part } else { part };
             match switch.reach(order, h * at_most, &limits, &mut watch.crossings) {
