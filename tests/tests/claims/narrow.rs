@@ -4,7 +4,9 @@ use core::f64::consts::PI;
 
 use dsocs_core::text::Text;
 use dsocs_core::{Start, Stepper, Tolerance};
+use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::TaylorFlow;
+use dsocs_tests::{declared, short_or_long};
 use proptest::prelude::*;
 
 use super::draws;
@@ -284,6 +286,47 @@ fn a_bump_that_begins_and_ends_is_passed_however_it_is_written() {
                     );
                 }
             }
+        }
+    }
+}
+
+declared! {
+    /// A force that is a difference of two steep signs, of which one is later: it acts while one has changed and the other has not.
+    #[derive(Debug)]
+    struct Pulse { push: f64, at: f64, delay: f64, width: f64 };
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    let first = x - at;
+    let second = x - at - delay * dot(x);
+    external_forces = push * (first / (first.powi(2) + width).sqrt() - second / (second.powi(2) + width).sqrt());
+}
+
+#[test]
+fn no_difference_of_steep_signs_is_missed() {
+    for draw in 0..short_or_long(6, 60) {
+        let mut random = Random::new(13_100 + draw);
+        let law = Pulse {
+            push: random.between(20.0, 200.0),
+            at: random.between(0.2, 0.7),
+            delay: random.between(1e-3, 4e-3),
+            width: random.decades(1e-9, 1e-7),
+        };
+        let sign = |u: f64| u / (u * u + law.width).sqrt();
+        let rate = |_: f64, [x, v]: [f64; 2]| {
+            let first = x - law.at;
+            [v, -x + law.push * (sign(first) - sign(first - law.delay * v))]
+        };
+        let (mut state, spans) = ([0.0, 1.2], 4000_u32);
+        let at = |place: u32| 2.0 * f64::from(place) / f64::from(spans);
+        for span in 0..spans {
+            state = integrate_from(rate, (at(span), state), at(span + 1), 1e-12);
+        }
+        for tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-11] {
+            let start = Start::second_order([0.0], [1.2]);
+            let mut flow = TaylorFlow::new(&law, start, Tolerance::relative(tolerance)).unwrap();
+            let node = flow.to(2.0).unwrap();
+            let apart = (node.q[0] - state[0]).abs();
+            assert!(apart < 100.0 * tolerance + 1e-9, "{draw} {law:?} {tolerance} {apart}");
         }
     }
 }

@@ -202,6 +202,44 @@ fn no_tolerance_passes_a_node() {
 }
 
 declared! {
+    /// A rod that slides with one end on a table: with much friction, its normal force is 0/0 where its determinant vanishes.
+    #[derive(Debug)]
+    struct Rod { mu: f64, j: f64 };
+    coordinates(x, y, theta);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + j * dot(theta).powi(2)) / 2 - 9.81 * y;
+    holonomic = y - theta.sin();
+    constraint_forces = [(mu, 1, mu * theta.sin() - theta.cos())];
+}
+
+#[test]
+fn rods_end_where_their_normal_force_is_undetermined() {
+    for draw in 0..short_or_long(12, 120) {
+        let mut random = Random::new(12_700 + draw);
+        let law = Rod {
+            mu: random.between(1.6, 4.0),
+            j: random.between(0.2, 0.33),
+        };
+        let tolerance = random.decades(1e-12, 1e-5);
+        let theta: f64 = 1.0;
+        let end = run(
+            &law,
+            [[0.0, theta.sin(), theta], [random.between(1.0, 3.0), 0.0, 0.0]],
+            tolerance,
+            3.0,
+        );
+        let Err(RunError::Series(error)) = end else {
+            panic!("{law:?} {tolerance} {end:?}")
+        };
+        let theta = error.details().q[2];
+        let determinant = law.j + theta.cos() * (theta.cos() - law.mu * theta.sin());
+        assert!(
+            determinant.abs() < 0.02,
+            "{law:?} {tolerance} {determinant} {error}"
+        );
+    }
+}
+
+declared! {
     /// A force whose divisor passes zero, where it has a limit.
     #[derive(Debug)]
     struct Removable { k: f64, by: f64 };
