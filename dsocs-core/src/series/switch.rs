@@ -208,7 +208,7 @@ impl Switch {
     }
 
     /// The distance of the value of a bounded function from its bound; `None` for other arguments.
-    pub(crate) fn from_bound(&self) -> Option<f64> {
+    pub(crate) fn distance_from_bound(&self) -> Option<f64> {
         match self.kind {
             Kind::Bounded(bound) if bound > 0.0 => Some(bound - self.size()),
             Kind::Bounded(_) => Some(self.size()),

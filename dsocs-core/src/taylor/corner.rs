@@ -77,7 +77,9 @@ impl Integrator {
             scratch.expect(&a);
             equations.expand(&mut scratch);
             let mut distances = Vec::new();
-            watch::each(equations, |_, _, switch| distances.extend(switch.from_bound()));
+            watch::each(equations, |_, _, switch| {
+                distances.extend(switch.distance_from_bound());
+            });
             distances
         };
         let reaches = distances(0.0).into_iter().enumerate().any(|(which, first)| {

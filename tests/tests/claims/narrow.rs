@@ -326,7 +326,10 @@ fn no_difference_of_steep_signs_is_missed() {
             let mut flow = TaylorFlow::new(&law, start, Tolerance::relative(tolerance)).unwrap();
             let node = flow.to(2.0).unwrap();
             let apart = (node.q[0] - state[0]).abs();
-            assert!(apart < 100.0 * tolerance + 1e-9, "{draw} {law:?} {tolerance} {apart}");
+            assert!(
+                apart < 100.0 * tolerance + 1e-9,
+                "{draw} {law:?} {tolerance} {apart}"
+            );
         }
     }
 }
