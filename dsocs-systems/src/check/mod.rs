@@ -15,7 +15,7 @@ pub(crate) mod third;
 use std::error::Error;
 
 use dsocs_core::__private::TapeKernel;
-use dsocs_core::{NearlySingular, RunError, System, Unresolved};
+use dsocs_core::{NearlySingular, RunError, SeriesError, SetupError, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
 use crate::stability::{Bar, measured_or_reason, number};
@@ -109,6 +109,18 @@ impl Finding {
 /// A measured value, or the reason why there is none.
 type Measured<T = f64> = Result<T, Box<dyn Error>>;
 
+/// A figure for which there is nothing to compare with is no failure of the scheme.
+const NOT_MEASURED: &str = "not measured, and so neither met nor missed: the figure compares with the continuous motion, which is computed by Taylor series, \
+    and these do not get through the times that are looked at; to see it, begin elsewhere or end before (`--until`)";
+
+/// Whether a figure could not be measured because the continuous motion has no series where it is looked at.
+fn lacks_reference(error: &(dyn Error + 'static)) -> bool {
+    let is_series = error.is::<SeriesError>()
+        || matches!(error.downcast_ref(), Some(RunError::Series(_)))
+        || matches!(error.downcast_ref(), Some(SetupError::Series(_)));
+    is_series || error.source().is_some_and(lacks_reference)
+}
+
 /// The figures of one check.
 struct Report {
     /// The check.
@@ -120,6 +132,7 @@ struct Report {
 impl Report {
     /// Adds a figure, or the reason why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
+        let is_open = measured.as_ref().is_err_and(|error| lacks_reference(&**error));
         let (figure, failure) = measured_or_reason(measured);
         self.findings.push(Finding {
             check: self.check,
@@ -128,7 +141,7 @@ impl Report {
             bar,
             failure,
             note: None,
-            excuse: None,
+            excuse: is_open.then(|| NOT_MEASURED.to_owned()),
         });
     }
 
@@ -142,12 +155,16 @@ impl Report {
 
     /// Adds several figures that are measured together.
     fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: &Measured<[f64; K]>) {
+        let is_open = measured.as_ref().is_err_and(|error| lacks_reference(&**error));
         for (place, (what, bar)) in whats.into_iter().enumerate() {
             let figure = match measured {
                 Ok(figures) => Ok(figures[place]),
                 Err(error) => Err(error.to_string().into()),
             };
             self.push(what, bar, figure);
+            if is_open && let Some(last) = self.findings.last_mut() {
+                last.excuse = Some(NOT_MEASURED.to_owned());
+            }
         }
     }
 }

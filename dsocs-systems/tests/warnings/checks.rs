@@ -179,6 +179,25 @@ fn beside_a_singularity_orders_are_open() {
 }
 
 #[test]
+fn what_cannot_be_measured_is_open() {
+    let bodies = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2";
+    // the root of time has no series at 0
+    is_open(
+        &format!(
+            "{bodies}; holonomic = x - t.powf(2.5); run {{ start = ([0, 0], [0, 1]); step = 0.01; until = 2; }}"
+        ),
+        "not measured",
+    );
+    // a corner of the path's curvature lies at a node
+    is_open(
+        &format!(
+            "{bodies}; holonomic = x - 0.5 * (t - 1).abs().powf(1.5); run {{ start = ([0.5, 0], [-0.75, 1]); step = 0.01; until = 2; }}"
+        ),
+        "these places are left out",
+    );
+}
+
+#[test]
 fn an_energy_that_jumps_without_a_force_is_open() {
     for turn in [
         "0.4 * y.atan2(x)",

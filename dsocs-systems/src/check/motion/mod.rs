@@ -10,7 +10,7 @@ use std::rc::Rc;
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
-use crate::check::order::{self, Compared};
+use crate::check::order::{self, Compared, Shared};
 use crate::check::reasons::dependence::NearlyDependentConstraint;
 use crate::check::reasons::large_numbers::RoundingOfLargeNumbers;
 use crate::check::{Expected, Settings, excuse, larger};
@@ -79,7 +79,7 @@ pub struct CheckedMotion<'a> {
     /// The time up to which the step follows the motion, if it is a small part of the window.
     pub followed_until: OnceCell<Option<f64>>,
     /// The errors of the motion's own step and of its halves.
-    pub errors: OnceCell<Result<Rc<Compared>, String>>,
+    pub errors: OnceCell<Result<Rc<Compared>, Shared>>,
 }
 
 impl<'a> CheckedMotion<'a> {

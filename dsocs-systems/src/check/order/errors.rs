@@ -1,5 +1,7 @@
 //! The errors of a motion against the Taylor flow, without what is rounding.
 
+use core::fmt;
+use std::error::Error;
 use std::rc::Rc;
 
 use dsocs_core::geometry::{
@@ -55,8 +57,28 @@ pub fn errors(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Rc<Compared>>
     if finest != 1 {
         return compare(motion, finest).map(Rc::new);
     }
-    let own = || compare(motion, 1).map(Rc::new).map_err(|error| error.to_string());
+    let own = || {
+        compare(motion, 1)
+            .map(Rc::new)
+            .map_err(|error| Shared(error.into()))
+    };
     Ok(motion.errors.get_or_init(own).clone()?)
+}
+
+/// An error that several figures have in common.
+#[derive(Clone, Debug)]
+pub struct Shared(Rc<dyn Error>);
+
+impl fmt::Display for Shared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Error for Shared {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        Some(&*self.0)
+    }
 }
 
 fn compare(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Compared> {

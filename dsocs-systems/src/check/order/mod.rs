@@ -18,7 +18,7 @@ use errors::{HALVINGS, MOST_STEPS, PLATEAU_OF_QUOTIENTS};
 use slope::{FITTED_POINTS, scatter, start_of_rounding};
 use start::{reason_beyond, starts_at_rounding};
 
-pub use errors::{Compared, FOLLOWING_HALVINGS, errors, followed_nodes, followed_until};
+pub use errors::{Compared, FOLLOWING_HALVINGS, Shared, errors, followed_nodes, followed_until};
 pub use finer_steps::{DIVISORS, with_finer_steps};
 pub use slope::{above_plateau, fitted_slope};
 

@@ -21,7 +21,7 @@ const LARGEST_ACTION_DERIVATIVE: f64 = 1e-12;
 /// The equations at the nodes as they are written, and the discrete action.
 pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
     let mut worst = (0.0, 0);
-    let mut all = Vec::new();
+    let (mut all, mut undefined) = (Vec::new(), 0);
     for &place in &motion.places {
         let [first, second, third] = &nodes(&motion.legs, place);
         let rows = rows_at_given_nodes(
@@ -31,7 +31,9 @@ pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
             [first, second, third],
         );
         let row = largest_residual(&rows);
-        if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
+        if row.is_nan() {
+            undefined += 1;
+        } else if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
             worst = (row, place);
         }
         all.push((place, rows));
@@ -39,8 +41,19 @@ pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
     report.push(
         "rows at the nodes as written, in 32 digits, over what their rounding explains",
         Bar::AtMost(LARGEST_RESIDUAL),
-        Ok(worst.0),
+        Ok(if undefined > 0 && undefined == all.len() {
+            f64::NAN
+        } else {
+            worst.0
+        }),
     );
+    if (1..all.len()).contains(&undefined) {
+        report.note(&format!(
+            "at {undefined} of {} places that are looked at some row has no value in 32 digits: an expression of the declaration, or a derivative of \
+             it, has none there; these places are left out",
+            all.len()
+        ));
+    }
     if !Bar::AtMost(LARGEST_RESIDUAL).holds(worst.0) {
         report.note(&format!("the worst rows are those of node {}", worst.1 + 1));
         let excuse =
