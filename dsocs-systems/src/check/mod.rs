@@ -169,8 +169,8 @@ impl Report {
     }
 }
 
-/// The reason why the theorems on a motion as a whole are not required of one in whose steps functions jump
-/// or hold something at rest, or come near to a singularity.
+/// The reason why the theorems on the motion as a whole are not required: in some of its `steps` a function
+/// jumps, a coordinate is held at rest, or the equations are nearly singular.
 fn excuse(doubtful: DoubtfulSteps, held: usize, steps: usize) -> Option<String> {
     if let Some(NearlySingular { first, .. }) = doubtful.nearly_singular {
         return Some(format!(

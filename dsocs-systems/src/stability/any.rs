@@ -26,7 +26,8 @@ const LARGEST_EXCESS: f64 = 3.0;
 /// The rounding of the errors of small steps, relative to the motion's extent.
 const ROUNDING: f64 = 1e-12;
 
-/// The largest distance of a run begun anew at a node, or led back, relative to the motion's extent.
+/// The largest distance from the motion of a run that is begun anew at its nodes, or that runs back, relative
+/// to the motion's extent.
 const LARGEST_DISTANCE: f64 = 1e-6;
 
 /// A hard case.
@@ -323,8 +324,8 @@ fn small_steps(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
     }
 }
 
-/// A run that is begun anew at two nodes of the motion continues the motion: the root does not depend on what
-/// a run remembers.
+/// A run that begins at two nodes of the motion continues the motion: the root of a step does not depend on
+/// earlier nodes.
 fn cold_start(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
     report.measure(
         format!(

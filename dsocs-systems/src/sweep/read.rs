@@ -54,7 +54,7 @@ pub fn status(folder: &Path) -> Result<Status, SweepError> {
 
 /// The text of the system that was run, from the folder of a sweep or from one of its Parquet files.
 ///
-/// The text may come from anybody. [`Text::parse`](dsocs_core::text::Text::parse) runs nothing but the
+/// The text may come from an untrusted source. [`Text::parse`](dsocs_core::text::Text::parse) uses only the
 /// declaration in it, and opens none of the files that it names.
 ///
 /// # Errors

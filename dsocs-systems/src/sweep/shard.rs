@@ -43,8 +43,8 @@ impl Shard {
         })
     }
 
-    /// Whether a part belongs to the shard. Parts are dealt out like cards: neighbouring parts, which often take equally long, go to different
-    /// shards.
+    /// Whether a part belongs to the shard. Parts are assigned to the shards in turn: neighbouring parts, which often take equally long, go to
+    /// different shards.
     #[must_use]
     pub fn has(&self, part: u64) -> bool {
         part % self.count == self.index
@@ -63,7 +63,7 @@ impl Shard {
     }
 
     /// The share that a scheduler gives by its environment variables; `None` if there is no scheduler. `variable` reads a variable. `count` is the
-    /// number of tasks of an array, for schedulers that do not tell it to their tasks (PBS, Kubernetes).
+    /// number of tasks of an array, for schedulers that do not give it to their tasks (PBS, Kubernetes).
     ///
     /// The tasks of an array (SLURM, PBS, LSF, Grid Engine, AWS Batch, Kubernetes) may have several ranks each (`srun`, Open MPI, PMI, AWS
     /// Batch's nodes). Then the number of shares is the number of tasks times the number of ranks.

@@ -45,7 +45,7 @@ pub trait Curvature: Send + Sync {
     fn at<D: Real>(&self, x: D, y: D) -> D;
 }
 
-/// The same curvature everywhere, in 1/m. The particle moves on a circle, or for 0 on a straight line.
+/// A constant curvature, in 1/m. The particle moves on a circle or, for 0, on a straight line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant(pub f64);
 

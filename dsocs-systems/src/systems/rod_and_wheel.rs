@@ -94,7 +94,7 @@ impl Default for RodAndWheel {
 }
 
 impl From<InertiaWheelPendulum> for RodAndWheel {
-    /// The same pendulum in Cartesian coordinates.
+    /// The pendulum in Cartesian coordinates, with the parameters of the one in angles.
     fn from(pendulum: InertiaWheelPendulum) -> Self {
         let InertiaWheelPendulum {
             i,

@@ -10,8 +10,8 @@ use crate::stability::number;
 /// as alternation.
 const LEAST_STREAK: u32 = 20;
 
-/// All of the first `FIRST_NODES` nodes are tested, and then `WINDOW_NODES` out of as many: a long run pays nothing for
-/// it.
+/// All of the first `FIRST_NODES` nodes are tested, and then `WINDOW_NODES` consecutive ones out of each `FIRST_NODES`,
+/// so that the cost in a long run is small.
 const FIRST_NODES: u64 = 2048;
 const WINDOW_NODES: u64 = 32;
 

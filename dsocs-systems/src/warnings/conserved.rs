@@ -2,23 +2,26 @@
 
 use crate::entry::{Row, constraint_power, energy_terms};
 
-/// An energy that is off by more than this many tolerances is told: of the mean of the sum of its terms, and
-/// of the largest sum, as near a pole, where a step may be off by the tolerance of that; and one that is off
-/// by more than the last part of the mean whatever the tolerance.
+/// A change of the energy is reported if it exceeds this many tolerances, relative to the mean over the nodes
+/// of the sum of the energy's terms.
 const TOLERANCES: f64 = 1000.0;
+/// It also has to exceed this many tolerances, relative to the largest of these sums: near a pole the error
+/// of a step is relative to the terms there.
 const OF_LARGEST: f64 = 10.0;
+/// A change that exceeds this part of the mean sum is reported, whatever the tolerance.
 const MISSING: f64 = 0.005;
 
-/// Tolerances below this are those of rounding.
+/// Smaller tolerances count as this one: no run is more accurate than rounding.
 const LEAST: f64 = 1e-14;
 
-/// The work of constraint forces explains a change of the energy if a bound for it is more than this part of
+/// A change of the energy is not reported if a bound for the work of constraint forces exceeds this part of
 /// the change.
 const EXPLAINS: f64 = 0.1;
 
-/// The terms are summed at every node at first, later at times that are farther apart by this part of the
-/// number of nodes; and where the energy is off by so many times more than at the last sum.
+/// After node `n` the terms are next summed at node `n + 1 + n / APART`: at every node at first, and less
+/// often later.
 const APART: u64 = 32;
+/// They are also summed where the change of the energy has grown by this factor since the last sum.
 const GROWS: f64 = 2.0;
 
 /// The energy of a run.
@@ -118,7 +121,7 @@ mod tests {
     use super::super::Warnings;
     use crate::entry::{Beginning, Entry, Method, Plan};
 
-    /// What is said of the energy of a run to a tolerance, with nodes that are `h` apart.
+    /// The warning about the energy of a run of a text to a tolerance, with nodes `h` apart.
     fn told(text: &str, [q0, v0]: [&[f64]; 2], tolerance: f64, [h, until]: [f64; 2]) -> Option<String> {
         let entry = Entry::of_text("system", &Text::parse("system", text).unwrap(), None);
         let method = Method::Tolerance(tolerance);

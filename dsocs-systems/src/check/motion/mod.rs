@@ -50,7 +50,7 @@ pub struct CheckedMotion<'a> {
     pub asked: f64,
     /// The time that was reached.
     pub until: f64,
-    /// The reason why that is not the end.
+    /// The reason why this is not the end that was asked for.
     pub ended: Option<String>,
     /// The steps in which assumptions of the theorems do not hold.
     pub doubtful: DoubtfulSteps,
@@ -159,7 +159,8 @@ impl<'a> CheckedMotion<'a> {
     pub fn corners(&self) -> usize {
         // with constraints of second order no piece depends on the acceleration
         let a = vec![0.0; self.kernel.shape().dimension()];
-        // what is shorter than a step, as a stiff spring's contact, may show at a node or at a middle alone
+        // the contact with a stiff spring may be shorter than a step, and contain one node or one middle of a
+        // leg only
         let places = self.legs.iter().flat_map(|leg| {
             let back: Vec<f64> = leg.d.iter().map(|d| -d / 2.0).collect();
             let v: Vec<f64> = leg.d.iter().map(|d| d / self.h).collect();
@@ -253,8 +254,8 @@ fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State>
     states
 }
 
-/// States of the continuous motion, as far as it is known, at `count` even parts of the time of which
-/// `numbers` are taken, each later by `aside` of a part.
+/// States of the continuous motion, as far as it is known. The time is divided into `count` equal parts; the
+/// states are at the beginnings of those in `numbers`, each later by the fraction `aside` of a part.
 pub fn states_at(
     system: &dyn Motions,
     h: f64,

@@ -115,7 +115,7 @@ pub struct DoubtfulSteps {
 }
 
 impl DoubtfulSteps {
-    /// The hard steps of a run so far.
+    /// The doubtful steps of a run so far.
     fn of(run: &dyn Run) -> Self {
         Self {
             unresolved: run.unresolved(),
@@ -124,7 +124,7 @@ impl DoubtfulSteps {
     }
 }
 
-/// Walks along the discrete motion from a state, from the second node on. Returns its hard steps.
+/// Walks along the discrete motion from a state, from the second node on. Returns its doubtful steps.
 pub fn follow(
     system: &dyn Kernel,
     h: f64,
@@ -239,7 +239,7 @@ pub struct MotionLegs {
     pub until: f64,
     /// The reason why the end was not reached.
     pub ended: Option<String>,
-    /// Its hard steps.
+    /// Its doubtful steps.
     pub doubtful: DoubtfulSteps,
     /// Whether a function jumps, or holds something at rest, in the step that begins with a leg.
     pub held: Vec<bool>,
@@ -286,7 +286,8 @@ pub fn less(x: &[f64], y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
 
-/// Nodes of the motion from a state with the step `h`, at `count` multiples of `part` steps: each as the triple about it.
+/// The triples about the nodes with the numbers `part`, `2 part`, … of the motion from a state with the step `h`: `count`
+/// of them, or fewer if the motion ends before.
 pub fn nodes(
     system: &dyn Kernel,
     h: f64,
@@ -307,7 +308,7 @@ pub fn nodes(
     });
     match outcome {
         Ok(()) => Ok(nodes),
-        // this error is not of the motion to check
+        // these nodes are another motion's, so their error is not that of the checked motion
         Err(CheckFailure::Setup(error)) => Err(error.into()),
         Err(CheckFailure::Run(error)) => Err(error.into()),
         Err(error) => Err(error.into()),

@@ -18,7 +18,8 @@ use crate::entry::Kind;
 /// The rounding of a force, in roundings of the momentum of a leg over its step.
 const ROUNDINGS: f64 = 8.0;
 
-/// As `PLATEAU`, for velocities, forces and multipliers, which are quotients of differences of nodes.
+/// An error of velocities, forces or multipliers below this part of their scale may be rounding, and is left
+/// out of the fit: they are quotients of differences of nodes.
 pub const PLATEAU_OF_QUOTIENTS: f64 = 1e-8;
 
 /// The number of steps, each half of the one before.
@@ -51,8 +52,8 @@ pub type Errors = [Vec<Vec<f64>>; 4];
 /// Times, the errors there of every quantity with every step, and why the continuous motion ended, if it did.
 pub type Compared = (Vec<f64>, Errors, Option<RunError>);
 
-/// The errors of every quantity with every step. The first step is the motion's over `finest`. Those of the
-/// motion's own step are asked for several times, and found once.
+/// The errors of every quantity with each of the halved steps, of which the first is the motion's step
+/// divided by `finest`. With `finest = 1` they are computed once and kept, since several checks need them.
 pub fn errors(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Rc<Compared>> {
     if finest != 1 {
         return compare(motion, finest).map(Rc::new);
@@ -148,7 +149,7 @@ fn compare(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Compared> {
             ];
             // a force is the difference of two momenta over a step
             let momenta = legendre_plus(system, h, node.leg.any());
-            // the rounding of the forces adds up to a motion
+            // the rounding of the forces changes velocities and positions as a force does
             let moves = roundings(system, h, node);
             let steps = ((node.leg.t - motion.start.t) / h).abs();
             for (k, (values, truth)) in values.iter().zip(truth).enumerate() {

@@ -49,7 +49,7 @@ pub fn order(motion: &CheckedMotion<'_>, report: &mut Report) {
         fit(motion, parts, report);
     });
     let missed = report.findings.iter().any(|finding| !finding.ok());
-    // what the run itself has seen of a singularity says more
+    // a singularity that the run itself has detected is the more precise reason
     let at_rest = || motion.excuse().is_none().then(|| rest::passed(motion)).flatten();
     if missed && let Some(excuse) = at_rest().or_else(|| starts_at_rounding(motion)) {
         for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {

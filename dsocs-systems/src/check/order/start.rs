@@ -56,7 +56,7 @@ pub fn starts_at_rounding(motion: &CheckedMotion<'_>) -> Option<String> {
     let apart = here.iter().zip(&beside).map(|(here, beside)| {
         let apart = less(here.any().q, beside.any().q);
         let relative = apart.iter().zip(&extents).filter(|(apart, _)| **apart != 0.0);
-        // of a coordinate that does not move, a difference is all there is
+        // a coordinate that does not move has no extent: any difference counts as its whole extent
         let part = |(apart, extent): (&f64, &f64)| match extent {
             0.0 => 1.0,
             extent => apart.abs() / extent,

@@ -24,8 +24,8 @@ use crate::entry::{CheckFailure, Kind, Motions, TypedSystem};
 /// The number of states of the motion at which contact is measured.
 const STATES: usize = 8;
 
-/// The states are shifted by this part of the time between two, the golden section: at even parts a motion
-/// may rest, or begin, or a table may have a sample.
+/// The states are shifted by this part of the time between two, the golden section: at equal parts of the
+/// time the motion may be at rest or at its start, or a table may have a sample.
 const STATE_SHIFT: f64 = 0.381_966;
 
 /// The number of steps over which errors of the flow are taken, unless an end is given.
@@ -83,8 +83,8 @@ impl Orders {
     }
 }
 
-/// Measures the orders of the parts of a system, from a position and a velocity. The motion ends with the settings; unless they say when, after 200
-/// steps.
+/// Measures the orders of the parts of a system, from a position and a velocity. The motion ends at the end of the settings or, if they have none,
+/// after 200 steps.
 ///
 /// ```
 /// use dsocs_core::dsocs;

@@ -1,5 +1,5 @@
-//! Motions that begin from rest: their first legs are so short that the rounding of a longer one decides what
-//! is relative to them.
+//! Motions that begin from rest. Their first legs are short beside the longest one, to whose rounding the
+//! solution of a step is known; so figures relative to a short leg may be rounding.
 
 use dsocs_core::OwnedLeg;
 
@@ -31,8 +31,10 @@ impl<'a> BeginningFromRest<'a> {
         length < SHORT_LEG * self.longest
     }
 
-    /// The reason why rows at nodes of short legs need not vanish to their own rounding, if they do to that of
-    /// the rows at others. `rows` are pairs of a row and its rounding, with the index of the first leg.
+    /// The reason why rows at the nodes of short legs need not vanish to their own rounding, if every row
+    /// vanishes to its largest rounding along the motion. `rows` has, for each triple, the index of its first
+    /// leg and each row with its rounding; `worst` is the index of the leg where a row is largest relative to
+    /// its rounding.
     pub fn excuse_rows(&self, rows: &[(usize, Vec<[f64; 2]>)], worst: usize) -> Option<String> {
         let count = rows.iter().map(|(_, rows)| rows.len()).max()?;
         let mut explained = vec![0.0; count];

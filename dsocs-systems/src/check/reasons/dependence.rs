@@ -30,7 +30,8 @@ pub struct NearlyDependentConstraint {
 }
 
 impl NearlyDependentConstraint {
-    /// That constraint along a motion, if its independent part is small.
+    /// The constraint with the smallest independent part along a motion, if this part is below
+    /// `REPORTED_PART`.
     pub fn along(kernel: &dyn Kernel, h: f64, legs: &[OwnedLeg<f64>]) -> Option<Self> {
         let declaration = Declaration::of(kernel);
         let every = legs.len().div_ceil(MOST_NODES).max(1);

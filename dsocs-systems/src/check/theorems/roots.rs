@@ -6,7 +6,7 @@ use crate::check::motion::motions::expansion;
 use crate::check::{CheckedMotion, Measured, Report, larger};
 use crate::stability::Bar;
 
-/// The smallest distance of two solutions that are told apart, in legs.
+/// The smallest distance of two distinct solutions, in legs.
 const DISTINCT_ROOTS: f64 = 1e-6;
 
 /// Solutions that are farther away, in legs, are ignored.

@@ -103,8 +103,9 @@ fn system_name(file: &str) -> String {
     if own.is_empty() { "system" } else { own }.to_owned()
 }
 
-/// The system of a plan that names a text file beside it. Where the file is not, the text in the folder of the sweep is taken, which somebody began
-/// where the file is: nothing but its declaration is run, and no file that it names is read. `None` if the plan names no file.
+/// The system of a plan that names a text file beside it. Where there is no such file, as on another machine than the one where the sweep was
+/// begun, the text in the folder of the sweep is taken: only its declaration is used, and no file that it names is read. `None` if the plan names
+/// no text file.
 #[cfg(feature = "sweep")]
 pub fn system_of_plan(
     name: Option<&str>,

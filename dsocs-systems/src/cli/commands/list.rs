@@ -71,7 +71,7 @@ struct ListedParameter {
     name: String,
     /// The value unless it is set.
     default: f64,
-    /// The unit, if the declaration tells it.
+    /// The unit, if the declaration gives it.
     unit: Option<String>,
     /// Its meaning.
     description: String,

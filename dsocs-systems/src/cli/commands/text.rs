@@ -29,7 +29,7 @@ pub fn text(arguments: &TextArguments, program: &mut Program) -> Result<(), CliE
 }
 
 /// The declaration that a sweep holds of its system, if a sweep is named. Control characters are left out:
-/// the file may come from anybody.
+/// the file may come from an untrusted source.
 #[cfg(feature = "sweep")]
 fn swept(name: Option<&str>, program: &Program) -> Result<Option<String>, CliError> {
     let is_known = |name: &str| program.entries.iter().any(|entry| entry.name() == name);

@@ -339,7 +339,7 @@ impl CliError {
             Self::Sweep(error) if error.is_wrong_request() => 2,
             #[cfg(feature = "sweep")]
             Self::Stopped { .. } => 130,
-            Self::Interrupted { .. } => 130, // as shells say it of SIGINT
+            Self::Interrupted { .. } => 130, // the exit status of shells for SIGINT
             _ => 1,
         }
     }

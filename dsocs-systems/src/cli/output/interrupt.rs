@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Whether a signal came.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// The handler is set once a process.
+/// The handler is set once in a process.
 static HANDLER_SET: Once = Once::new();
 
 /// Watches for SIGINT, SIGTERM and SIGHUP (Ctrl-C elsewhere) from now on. The first one sets the flag that is
 /// returned; a second one ends the process.
 ///
-/// Where no handler can be set, signals end the process as ever, and the flag is never set.
+/// Where no handler can be set, signals end the process at once, and the flag is never set.
 pub fn stop_flag() -> &'static AtomicBool {
     HANDLER_SET.call_once(|| {
         let handler = || {

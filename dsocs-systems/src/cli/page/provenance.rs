@@ -43,7 +43,7 @@ fn command() -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    // the command of a notebook's kernel only tells the path of the notebook
+    // the command line of a notebook's kernel shows only the path of the notebook
     if std::env::args_os().any(|argument| argument.to_string_lossy().contains("ipykernel")) {
         return "a notebook".to_owned();
     }

@@ -68,7 +68,7 @@ impl Scene {
         if x[0] > x[1] {
             return None;
         }
-        // a direction without motion gets some room all the same
+        // a direction without motion needs a scale, too
         let largest = (x[1] - x[0]).max(y[1] - y[0]).max(1e-300);
         let [x, y] = [x, y].map(|[from, to]| {
             let half = ((to - from) / 2.0).max(0.1 * largest);
@@ -102,7 +102,8 @@ impl Scene {
         self.drawings.iter().map(frame).collect()
     }
 
-    /// The picture: paths, the last moment in pale, and the first moment, which the script moves.
+    /// The picture: the paths, the mechanism at the last moment in pale colours, and at the first moment,
+    /// which the script moves.
     pub fn svg(&self, title: &str) -> String {
         let [width, height] = self.size;
         let mut svg = format!(

@@ -1,6 +1,7 @@
 //! Bodies in space on a page: in perspective, only the faces towards the eye, the nearest body drawn last.
 //!
-//! Bodies are convex. A plane of a face that separates two of them tells which one cannot hide the other.
+//! Bodies are convex. Where the plane of a face separates two of them, the one on the far side from the eye
+//! cannot hide the other.
 
 use serde_json::{Value, json};
 

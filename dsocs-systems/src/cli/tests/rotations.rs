@@ -117,8 +117,8 @@ fn checks_measure_the_order_the_power_and_the_way_back() {
             assert!(findings.contains(figure), "{findings}");
         }
     }
-    // where dry friction holds the body, the motion cannot be reversed, and the check says why that is not
-    // required
+    // where dry friction holds the body, the motion cannot be reversed, and the check gives the reason why
+    // that is not required
     let held = format!(
         "{TOP} let turn = r.inverse() * [0, 0, 1]; external_forces = (-0.8 * w.inner(turn).signum() * turn, 0);"
     );

@@ -45,7 +45,8 @@ const BEND: &str = "
     constraint_forces = [(-dot(y), dot(x))];
 ";
 
-/// A constraint that a start with the velocity `drift` obeys whatever the acceleration.
+/// A product of two constraints, of which one holds at the velocity `drift`: there the acceleration is not
+/// determined.
 const EITHER: &str = "
     parameters { drift = 0.3 }
     coordinates(x);
@@ -110,7 +111,7 @@ pub(super) const RUBBED: &str = "
     external_forces = -(dot(x) / smoothing).tanh();
 ";
 
-/// A law that says nothing at rest.
+/// A Lyapunov law that holds at rest for any acceleration.
 pub(super) const LAW: &str = "
     parameters { gain = 1 }
     coordinates(x);

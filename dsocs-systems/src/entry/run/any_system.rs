@@ -1,4 +1,4 @@
-//! A system behind a trait object: the code of the command line that is compiled anew for every system.
+//! A system behind a trait object: the only code of the command line that is compiled for every system.
 
 use dsocs_core::taylor::{AnyGlobalError, AnyTaylorFlow, GlobalError};
 use dsocs_core::text::TapeKernel;

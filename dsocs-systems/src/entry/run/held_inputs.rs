@@ -42,7 +42,7 @@ impl<'s> ErrorsUnderInputs<'s> {
         beginning: &Beginning,
         inputs: &'s [HeldInput],
     ) -> Result<Self, SetupError> {
-        // they are the same for any number of coordinates
+        // the tolerances of the two reference motions
         let [first, second] = AnyGlobalError::REFERENCES;
         let node = || OwnedNode::new(system.kernel().shape().dimension());
         Ok(Self {

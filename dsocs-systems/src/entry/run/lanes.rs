@@ -37,7 +37,7 @@ pub type VariedParameter = (Cow<'static, str>, Vec<f64>);
 /// The constructor of an ensemble of a system, with the step.
 pub(crate) type InLanes<S> = for<'s> fn(&'s S, f64) -> Result<AnyEnsemble<'s>, SetupError>;
 
-/// An ensemble of a declared system: all that is compiled for it.
+/// An ensemble of a declared system: the only code of lanes that is compiled for each system.
 pub(super) fn ensemble<S: System<N>, const N: usize>(
     system: &S,
     h: f64,

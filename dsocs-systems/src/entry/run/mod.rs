@@ -100,7 +100,7 @@ fn with_run(
     if !until.is_finite() {
         return Err(RunError::Until { until }.into());
     }
-    // the initial values of the inputs
+    // a copy of the system, with the initial values of the inputs
     let mut begun = system.copy();
     for input in &plan.inputs {
         let place = shape
@@ -113,7 +113,7 @@ fn with_run(
         }
     }
     let system = &*begun;
-    // for every method: step, parameters and start have to be usable
+    // every method refuses the steps, parameters and starts that the paper's step refuses
     let step = || AnyFlow::new(system.kernel(), h, &beginning.start());
     let mut run = match method {
         Method::Step => step()?.into_run(),
@@ -132,7 +132,7 @@ fn with_run(
     then(&mut *run, system)
 }
 
-/// Goes on to the next node in the direction of the step, or begins with the first.
+/// Makes the step to the next node in the direction of `h`, or begins with the first node.
 fn next(run: &mut dyn Run, h: f64) -> Result<(), RunError> {
     if run.clock().is_handed_out() {
         run.step(f64::INFINITY.copysign(h))?;
@@ -200,7 +200,7 @@ fn pass_on_nodes(
         if unknown.is_none() {
             match error.at(node.t, node.q) {
                 Ok(found) => errors = found,
-                // the run goes on without errors
+                // the run continues without estimates of its errors
                 Err(why) => unknown = Some(why),
             }
         }

@@ -7,11 +7,11 @@ use crate::experiment::pendulum::{Q0, V0};
 use crate::particle::CurvedParticle;
 use crate::pendulum::InertiaWheelPendulum;
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
-    // A step has the rounding ε |e|/|d| in the length of a leg, and the turn is proportional to the length: a
-    // random walk summed up, N^1.5 α ε |e|/|d| with α = |e|/|d| = 0.14 at h = 0.1, which is 1e-10. The bar of
-    // 1e-11 is for smaller steps.
+    // Each step changes the length of the leg by a relative rounding ε |e|/|d|, and with it the angle α of a
+    // turn. The angle makes a random walk, and the direction is its sum: after N steps it is off by N^1.5 α ε
+    // |e|/|d|. With α = |e|/|d| = 0.14 at h = 0.1 this is 1e-10; with h = 0.01 it is smaller.
     for (h, bar) in [(0.1, 1e-10), (0.01, 1e-11)] {
         report.measure(
             format!("particle, h = {h}, 1e5 steps and back: distance from the start [m]"),

@@ -135,7 +135,7 @@ fn ungranted_nodes(v0: [f64; 3], until: f64) -> Measured {
     Ok(lost)
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     report.measure(
         format!("a constraint of velocities beside one of accelerations, {SYSTEMS} systems of units up to 2^±40: largest relative change"),

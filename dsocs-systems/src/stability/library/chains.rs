@@ -108,7 +108,7 @@ fn run_chain<S: System<N>, const N: usize>(chain: &S, longest_bent: f64, report:
     );
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run_all(report: &mut Report<'_>) {
     run_chain(&PlanarChain8::default(), STEPS[0], report);
     run_chain(&PlanarChain16::default(), STEPS[1], report);

@@ -108,7 +108,7 @@ fn error(run: &mut dyn Run, exact: fn(f64) -> [f64; 2]) -> Measured {
     }
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     for (what, belt, v0, exact, method) in [
         (

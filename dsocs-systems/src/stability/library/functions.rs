@@ -11,7 +11,7 @@ use super::{Bar, Measured, Report, larger};
 /// Functions, arguments, values and two derivatives.
 const TABLE: &str = include_str!("../../../data/functions.csv");
 
-/// Numbers below this have the absolute rounding of this size: they are next to the end of the range.
+/// Errors of numbers below this size are relative to it: near the smallest doubles fewer digits are left.
 const SMALLEST: f64 = 1e-292;
 
 /// A function of the table.
@@ -63,7 +63,7 @@ fn units(found: f64, wanted: f64, scale: f64) -> f64 {
         return 0.0;
     }
     if wanted.is_infinite() && found.abs() > 1e308 && found.signum() == wanted.signum() {
-        return 0.0; // the last number before the end
+        return 0.0; // next to the largest double, where rounding decides
     }
     (found - wanted).abs() / (wanted.abs().max(scale).max(SMALLEST) * f64::EPSILON)
 }
@@ -101,7 +101,7 @@ fn errors(evaluate: impl Fn(&str, f64) -> Option<[f64; 3]>) -> Result<[f64; 4], 
     Ok(worst)
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let names = [
         (

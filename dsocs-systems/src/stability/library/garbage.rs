@@ -139,7 +139,7 @@ fn shoot<S: System<N> + Clone, const N: usize>(
     }
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let runs = if report.quick { 500 } else { 20_000 };
     let names = [

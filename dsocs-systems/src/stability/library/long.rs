@@ -23,7 +23,7 @@ const POLYGON: [(u64, [f64; 2]); 5] = [
     (10_000_000, [2.687_881_666_235_834e-2, 2.419_867_996_899_282e-2]),
 ];
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let steps = if report.quick { 1_000_000 } else { 10_000_000 };
     let members = if report.quick { 8 } else { 16 };

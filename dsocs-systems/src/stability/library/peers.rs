@@ -11,7 +11,7 @@ use dsocs_core::{Flow, Start, Stepper};
 use super::{Bar, Report};
 use crate::particle::CurvedParticle;
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let until = if report.quick { 1e4 } else { 1e6 };
     #[cfg(feature = "peers")]

@@ -101,7 +101,7 @@ fn deviate(worst: &mut [f64; 2], found: &[f64], wanted: [f64; 2]) {
     }
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let pendulum = InertiaWheelPendulum::default();
     let undivided = Undivided::of(&pendulum);

@@ -42,7 +42,7 @@ fn difference(one: &Motion, other: &Motion) -> f64 {
         .fold(0.0, larger)
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     for (name, base, exponents, bar) in [
         (

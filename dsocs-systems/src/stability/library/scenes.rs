@@ -153,7 +153,7 @@ fn distance<const N: usize, const M: usize>(run: &Run<N, M>) -> Result<[f64; 2],
 /// The name of a scene, and a function for its distance.
 type Named = (&'static str, fn() -> Result<[f64; 2], Box<dyn Error>>);
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let runs: [Named; 7] = [
         (RUN0.name, || distance(&RUN0)),

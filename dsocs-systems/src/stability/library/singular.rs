@@ -76,7 +76,8 @@ const LINKAGE: &str = "
     ];
 ";
 
-/// The number of steps, of 60 sizes, with which a run does not stop with one of these reasons before `until`.
+/// The number of steps `h`, of 60 that are tried, with which a run does not stop for one of these reasons
+/// before the time `until`.
 fn steps_without_stop(text: &str, start: &AnyStart, until: f64, reasons: &[StepFailure]) -> Measured {
     let system = read(text)?;
     let mut passed = 0.0;
@@ -93,8 +94,8 @@ fn steps_without_stop(text: &str, start: &AnyStart, until: f64, reasons: &[StepF
     Ok(passed)
 }
 
-/// The number of tolerances with which a motion does not end with the error of a lost rank at the change
-/// point.
+/// The number of tolerances, of five that are tried, with which the motion of the linkage does not end with
+/// the error of dependent constraints at its change point.
 fn unchanged() -> Measured {
     let linkage = read(LINKAGE)?;
     let start = AnyStart::second_order(&[1.0, 0.0, 1.0], &[-1.0, 0.0, -1.0]);
@@ -141,7 +142,7 @@ fn refused(system: &dyn Kernel, start: &AnyStart, reason: StepFailure) -> Measur
     })
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let pendulum = InertiaWheelPendulum::default();
     let circle = AnyStart::second_order(&[0.0; 2], &[1.0; 2]);

@@ -17,7 +17,7 @@ const PENDULUM: &str = include_str!("../../../data/pendulum_discrete_h0.0001.csv
 /// The largest error of the particle's true motion with the second-order start over [0, 500], over `h²`.
 const SLOPE: f64 = 117.508_5;
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let steps: &[f64] = if report.quick {
         &[1e-2, 1e-3, 1e-4]

@@ -59,7 +59,7 @@ fn run_one(rho: f64, h: f64, until: f64, run: &mut Run) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     let (until, finest) = if report.quick { (20.0, 1e-2) } else { (500.0, 1e-3) };
     for rho in [2.0, 20.0, 200.0, 2000.0] {

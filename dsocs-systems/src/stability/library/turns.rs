@@ -61,7 +61,7 @@ fn worst<K: Curvature>(curvature: K, k: f64) -> Result<[f64; 2], Box<dyn Error>>
 /// before, it is three times as large where it turns by much.
 const EVALUATIONS: f64 = 120.0;
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run(report: &mut Report<'_>) {
     for k in [0.1, 1.0, 10.0, 14.0, 100.0, 1e4, 1e6] {
         let name = format!("κ|v|h = ±{k}: error of the turn, per ε(1+√K)");

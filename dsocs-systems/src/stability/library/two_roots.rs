@@ -1,5 +1,5 @@
-//! Systems with two solutions in every step, which approach each other, meet and cross: does a run ever
-//! change to the other one without an error?
+//! Systems with two solutions in every step, which approach each other, meet and cross. The figures count
+//! refusals, and the runs that change to the other solution without an error.
 //!
 //! Each is declared as the product of two constraints, and the step of either alone from the same leg is
 //! known. The first step decides which of the two motions the run follows. Where a run is refused as
@@ -19,7 +19,7 @@ const STEPS: [f64; 4] = [0.2, 0.1, 0.05, 0.0125];
 /// The duration of a run, in s.
 const UNTIL: f64 = 20.0;
 
-/// Two roots this near to each other, relative to both legs, cannot be told apart: where they meet, the
+/// Two roots this near to each other, relative to both legs, cannot be distinguished: where they meet, the
 /// rounding of the rows moves either by the square root of itself.
 const INDISTINCT_ROOTS: f64 = 1e-6;
 
@@ -211,7 +211,7 @@ fn measure(seed: u64, count: u32, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     Ok(sum)
 }
 
-/// The figures.
+/// Measures the figures of the case.
 pub fn run_all(report: &mut Report<'_>) {
     let count = if report.quick { 5 } else { 67 };
     for (seed, h) in (1..).zip(STEPS) {

@@ -135,7 +135,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
         let findings = match entry.check(&settings) {
             Ok(findings) => findings,
             Err(failure) if is_one => return Err(failure.into()),
-            // the other systems are checked all the same
+            // a failure does not end the checks of the other systems
             Err(failure) => {
                 missed += 1;
                 let failure = CliError::from(failure).to_string();

@@ -121,13 +121,14 @@ impl RunArguments {
 /// # Errors
 ///
 /// [`CliError`] if a name does not exist, a file cannot be written or the run fails. The rows before a
-/// failure are written all the same.
+/// failure are written, too.
 pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliError> {
     let entry = program.single_entry(arguments.system.as_deref())?;
     arguments.from.set(entry)?;
     let plan = plan(arguments, entry)?;
     let beginning = beginning(arguments, entry)?;
-    // a reader of standard output may leave when it has enough
+    // a program that reads the rows from standard output may stop the run early, so only a run to a file is
+    // announced
     if arguments.files().next().is_some() {
         let note = many_steps_note(&plan, arguments.from.t0());
         note.into_iter().for_each(tell);
@@ -146,7 +147,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let names = chosen.iter().map(|&column| all[column].name.clone()).collect();
     let mut table = TableWriter::new(format, destination, about.clone(), names);
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; it is but a bar
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; only the bar uses it
     let bar = progress::bar(
         ((plan.until - arguments.from.t0()) / plan.h).abs() as u64,
         entry.name(),
@@ -208,7 +209,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let looked_at = observers.warnings.notes(&names, plan.method, plan.h);
     let notes = of_run.into_iter().chain(looked_at).chain(of_steps);
     let notes: Vec<String> = notes.flatten().collect();
-    // the cause of the end is told before the notes on the part that was computed
+    // the cause of the end is reported before the notes on the part that was computed
     let fails_on_the_way = result.is_err() && rows > 0;
     if !fails_on_the_way {
         for note in &notes {
@@ -226,7 +227,8 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     ended(result, (rows, destinations(arguments)), notes, is_interrupted)
 }
 
-/// The result of a run that has written so many rows to a place.
+/// The outcome of a run that wrote `rows` rows to `place`: success, an interruption, or a failure with the
+/// notes on the rows.
 fn ended(
     result: Result<(), RunFailure>,
     (rows, place): (u64, String),
