@@ -4,9 +4,9 @@
 //! Behind the feature `instructions`. Needs valgrind, and `cargo install gungraun-runner` in the version of `gungraun`.
 
 #![allow(missing_docs, dead_code)] // a bench is no library, and counts what another bench times
-#![allow(unused_qualifications)] // in what the attribute of the counting crate writes
-#![allow(clippy::inline_always)] // the rivals are to be as fast as they can be
-#![allow(clippy::large_types_passed_by_value)] // what is counted takes over what was set up
+#![allow(unused_qualifications)] // in the code that the attribute of the counting crate writes
+#![allow(clippy::inline_always)] // the hand-written codes have to be as fast as possible
+#![allow(clippy::large_types_passed_by_value)] // a counted function takes its prepared state by value
 
 mod handwritten;
 mod measure;

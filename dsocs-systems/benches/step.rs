@@ -1,12 +1,12 @@
 //! Nanoseconds per step and per residual with Jacobian, generated code beside hand-written code.
 //!
-//! Criterion measures the steps of each alone. Then both are measured in turn, batch by batch, and the table shows the
-//! median of each and the median of the batches' ratios: what a noisy machine does to one it does to the other. All is built under cargo's release profile, as a user's crate is.
+//! Criterion measures the steps of each alone. Then both are measured in turn, batch by batch, and the table shows the median of each and the median
+//! of the batches' ratios: noise of the machine affects both alike. Everything is built with cargo's release profile, as a user's crate is.
 //!
 //! The table is also written to `target/report/step.json`.
 
 #![allow(missing_docs)] // a bench is no library
-#![allow(clippy::inline_always)] // the rivals are to be as fast as they can be
+#![allow(clippy::inline_always)] // the hand-written codes have to be as fast as possible
 
 mod handwritten;
 mod measure;

@@ -6,7 +6,7 @@ use dsocs_core::{Leg, System};
 
 use super::{LAST_UPDATE, Path, SECOND_DIFFERENCE, SETTLED};
 
-/// The view of a run that the library's rarely used code would have: slices.
+/// A run as the library's rarely used code would see it, on slices.
 pub trait Kernel {
     /// Takes up to `count` steps; `false` where a test of a step fails.
     fn steps(&mut self, count: u64) -> bool;
@@ -15,8 +15,8 @@ pub trait Kernel {
     fn place(&self) -> &[f64];
 }
 
-/// The largest distance of a determinant from its extrapolations; and the largest change that needs no
-/// extrapolation, where the one before was as small. Both are relative.
+/// The largest relative distance of a determinant from its extrapolations; and the largest relative change,
+/// after another one as small, that is accepted without an extrapolation.
 const FITS: f64 = 0.5;
 const STEADY: f64 = 0.25;
 

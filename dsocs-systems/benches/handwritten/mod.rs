@@ -1,7 +1,8 @@
 //! Steps written by hand for one system each, as an expert would: the competitors of the generated code.
 //!
-//! They use all that `dsocs-core` uses (the second difference as the unknown, compensated sums, the same predictor and
-//! stop rule), but for one system each: rows simplified with pencil and paper, no traits, no reports, no errors.
+//! They use the numerical methods of `dsocs-core` (the second difference as the unknown, compensated sums, its
+//! predictor and its stop rule), but for one system each: rows simplified with pencil and paper, no traits, no
+//! reports, no errors.
 
 #![allow(clippy::needless_range_loop)] // components by index, as it would be written by hand
 

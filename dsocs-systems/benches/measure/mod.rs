@@ -19,7 +19,7 @@ pub const H_CHAIN: f64 = 0.005;
 /// The number of steps after which a run begins again: 2000 s of the pendulum, the paper's duration.
 const RUN: u32 = 20_000;
 
-/// The number for the chain: after five seconds rounding has grown so much that two codes differ.
+/// The number of steps of the chain: after five seconds rounding has grown so much that two codes differ.
 const RUN_CHAIN: u32 = 1000;
 
 /// The particle's start: position and velocity.
@@ -266,7 +266,7 @@ fn evaluations<const M: usize>(
     move || {
         let mut at = black_box(z);
         for _ in 0..batch {
-            // too small to change the unknown, which the compiler does not know
+            // too small to change the unknown, but the compiler cannot know this
             let shift = 1e-200 * evaluate(at);
             at = z.map(|z| z + shift);
         }

@@ -343,7 +343,7 @@ impl Equations<16> for Chain {
     }
 
     #[inline]
-    #[allow(clippy::needless_range_loop)] // a triangle of a matrix, by index, as it stands in the books
+    #[allow(clippy::needless_range_loop)] // a triangle of a matrix, by index, as in textbooks
     fn rate(&self, state: &[f64; 16]) -> [f64; 16] {
         let (angles, rates) = state.split_at(LINKS);
         // equal links of the mass 1/8 and the length 1/8, all divided by both: Σ_j min(…) cos(θi - θj) aⱼ l = …

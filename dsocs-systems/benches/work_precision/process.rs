@@ -1,4 +1,4 @@
-//! A Python code that solves a problem in its own process, and answers questions.
+//! A Python program that solves a problem in its own process, and answers questions.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
