@@ -15,7 +15,7 @@ struct Either {
     drift: f64,
 }
 
-/// The same equations with the factor of the uniform motion divided out.
+/// The product, with the factor of the uniform motion divided out.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
