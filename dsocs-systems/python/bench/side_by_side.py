@@ -11,9 +11,9 @@ is fixed. On a problem with a grid they give the motion at every 0.1 s.
 - *first* result: the time [s] from the start of the process on, with imports and what is compiled; the median of the processes.
 - *run*: the time [s] of `solve` once more in the same process; the least.
 - *error*: the largest difference of a coordinate at the end from the exact motion; where none is known, from what this package's series give with a tolerance near the
-  rounding. Below the table stands how far heyoka's with such a tolerance are from these.
+  rounding. Below the table is the distance of heyoka's end, with such a tolerance, from this one.
 
-What is not installed is left out, aloud.
+A tool that is not installed is left out with a message.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The command `dsocs`, as it is installed with the package: `python -m dsocs` is the same."""
+"""The command `dsocs` of the package, also as `python -m dsocs`."""
 
 from __future__ import annotations
 

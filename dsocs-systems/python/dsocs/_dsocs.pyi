@@ -15,7 +15,8 @@ _Beginning = tuple[str, list[list[float]], list[float] | None, float, bool]
 class Node:
     """A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 
-    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it, `node["height"]` an observed expression,
+    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` its velocity, acceleration and force,
+    `node["height"]` an observed expression,
     `node["torque"]` a parameter, with the value that was set last, there or before. Where the name is that of
     an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
     """

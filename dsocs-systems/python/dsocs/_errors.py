@@ -11,8 +11,9 @@
 | `EquilibriumError` | no state of rest is found |
 | `Interrupted` | Ctrl-C ended a run; it is a `KeyboardInterrupt` and no `Error`, and has the run up to there |
 
-What Python has an exception for raises that one: `KeyError` for a column that there is not, `IndexError` for a node, `FileNotFoundError` and its like for files, `MemoryError` for a run
-that is too long, `ImportError` for a package that is not installed where it is asked for by name.
+Where Python has an exception of its own, that one is raised: `KeyError` for a column that does not exist, `IndexError` for a node,
+`FileNotFoundError` and its like for files, `MemoryError` for a run that is too long, `ImportError` for a package that is not installed where it is
+asked for by name.
 """
 
 from __future__ import annotations

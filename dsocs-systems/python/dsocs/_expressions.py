@@ -312,7 +312,8 @@ def _checked_name(kind: str, name: object) -> str:
 
 
 def coordinates(*names: str, doc: Mapping[str, str] | None = None) -> tuple[Expression, ...]:
-    """The coordinates of a system, in their order: `x, y = dsocs.coordinates("x", "y")`. `doc` says what they are, with the unit at the end: `{"x": "The place [m]"}`."""
+    """The coordinates of a system, in their order: `x, y = dsocs.coordinates("x", "y")`. `doc` gives their meanings, with the unit at the end:
+    `{"x": "The place [m]"}`."""
     if not names:
         raise SetupError("no names are given; expected those of the coordinates, coordinates('x', 'y')")
     checked = [_checked_name("coordinate", name) for name in names]
@@ -329,7 +330,7 @@ def coordinates(*names: str, doc: Mapping[str, str] | None = None) -> tuple[Expr
 
 
 def parameter(name: str, value: float, doc: str = "") -> Expression:
-    """A parameter and its value; `doc` says what it is, with the unit at the end: `"The length of the rod [m]"`."""
+    """A parameter and its value; `doc` gives its meaning, with the unit at the end: `"The length of the rod [m]"`."""
     checked = _checked_name("parameter", name)
     return Expression("parameter", value=(checked, number(checked, value), doc))
 

@@ -1,6 +1,6 @@
 """The syntax tree of a declaration: its statements and their expressions, for mathematical typesetting.
 
-The engine has read the text already, so this need not find mistakes. What it does not know is left as text.
+The engine has read the text already, so this need not find mistakes. Statements that it does not know are left as text.
 """
 
 from __future__ import annotations

@@ -67,8 +67,9 @@ class LinearModel:
     of float64 and cannot be written to; units are those of the declaration. The derivatives are exact to rounding: by the implicit function theorem
     on the equations (`dsocs_core::linear` has the formula and its source).
 
-    In motion, `z` compares two motions at the same time: the one through the point, and one beside it (`state` with `about`); `drift` tells how the first
-    moves. The turn of a rotation is seen from the moving body. The guide's chapter *Linear models and equilibria* has the turn from the attitude that stays.
+    In motion, `z` compares two motions at the same time: the one through the point, and one beside it (`state` with `about`); `drift` is the rate of
+    the state along the first. The turn of a rotation is seen from the moving body. The guide's chapter *Linear models and equilibria* has the turn
+    from the attitude that stays.
 
     Without constraints on positions and velocities, `z` is position and velocity. With them, it is a minimal set: coordinates along an orthonormal basis
     of the free directions, `z = projection @ change` and `change = basis.T @ z` with the change of `(q, v)`.
@@ -137,7 +138,8 @@ class LinearModel:
     def state(self, q: VectorLike | Node, v: VectorLike | None = None, *, about: Node | None = None) -> Array:
         """The state `z` of a node, or of a position and a velocity (which is that of the model if it is not given): what a gain is multiplied with.
 
-        `about`: the node from which it is, as that of the motion that a controller follows; without it, the state about which the model is made.
+        `about`: the node from which the change is taken, such as that of the motion that a controller follows; without it, the state about which the
+        model is made.
 
         ```python
         run.until(10.0, control=lambda node: {"force": float(-K @ model.state(node))})

@@ -247,5 +247,5 @@ class Nodes:
         return (self[place] for place in range(len(self)))
 
 
-#: The unit of the generalized force along a coordinate, whose work is in J.
+#: The unit of the generalized force along a coordinate, by the unit of the coordinate; its work is in J.
 _FORCES = {"rad": "N m", "m": "N", "1": "J"}

@@ -32,7 +32,8 @@ class Gradient(NamedTuple):
     v: Array
     #: By the second node; zero unless the run began with nodes.
     q1: Array
-    #: By the parameters, by name. The start is held: position and velocity, or both nodes. What follows from them moves, the second node and what `project=True` moves.
+    #: By the parameters, by name. The given start is held: position and velocity, or both nodes. The quantities that follow from it vary: the second
+    #: node, and the start that `project=True` moves.
     parameters: dict[str, float]
 
 
@@ -67,7 +68,8 @@ class Path:
 
         `cost` gets a node and returns a number: `lambda last: last["theta"]**2 + np.sin(last["v_theta"])`. The node has `t`, `index`, and the arrays
         `q`, `v` and `a`, whose numbers know their derivatives: operators and numpy's functions work on them. `of` says which nodes have a cost:
-        `"end"` the last alone, `"nodes"` all of them, whose costs are summed; with `at`, those of these numbers alone (0 is the start, -1 the last), as for measurements.
+        `"end"` the last alone, `"nodes"` all of them, whose costs are summed; with `at`, the nodes with these numbers alone (0 is the start, -1 the
+        last), as for measurements.
 
         A start that is given by position and velocity is differentiated with the run, also where constraints bind it. Two nodes (`q=`, `q1=`) are held as they are: where they were taken from
         another run, their own change with the parameters is not in the gradient.

@@ -65,10 +65,11 @@ class Run(Nodes):
     ) -> Run:
         """Runs up to the last node at or before the time `t` [s], by default that of the text's run, which has to be there then, and returns itself.
 
-        `progress`: True shows how far the run is; a function is told the part that is done, from 0 to 1.
+        `progress`: True shows how far the run is; a function is called with the fraction that is done, from 0 to 1.
         `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, of an array or a
         matrix all of them, or None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts on the leg from the
-        node `k + 1` on: a delay of one step (the guide's section 3 says what a linear model makes of it). `control_every`: it is asked at every so many nodes.
+        node `k + 1` on: a delay of one step (the guide's section 3 has the linear model of this delay). `control_every`: the number of nodes from
+        one call of `control` to the next.
 
         Raises `StepError` if a step has no solution, with the run up to there, and `Interrupted` where Ctrl-C ends it.
         """
@@ -198,7 +199,7 @@ class Run(Nodes):
         return elements
 
     def watch(self, until: float | None = None, *events: str | Event) -> Occurrences:
-        """Runs to the time `until` [s] like `until`, and tells where functions change their signs on the way, to rounding.
+        """Runs to the time `until` [s] like `until`, and finds where functions change their signs on the way, to rounding.
 
         ```python
         run.watch(20.0, "theta", dsocs.Event("height", level=0.5, rising=True, ends=True))
@@ -206,10 +207,10 @@ class Run(Nodes):
 
         An event is the name of a column (a coordinate, `v_theta`, `a_theta`, an observed expression), whose zeros count, or an `Event`. Between the nodes the motion is the
         series of the step with a `tolerance`, and else the polynomial of degree 5 through position, velocity and acceleration at both nodes. A zero without a change of sign is no
-        event, nor is one at the start; one at the node where a watch ended is told by the next one, if it was not told before.
+        event, nor is one at the start; one at the node where a watch ended is reported by the next watch, if it was not reported before.
 
-        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it; what happens between the event and the node after it is told when the run is
-        watched again. Raises as `until`.
+        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it; events between this one
+        and the node after it are reported when the run is watched again. Raises as `until`.
         """
         end = self._setup.end(self.system, "until", until)
         if not events:

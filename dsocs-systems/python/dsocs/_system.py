@@ -33,13 +33,13 @@ class System(Declared):
     run = swing.flow(h=0.01, q=[1.0], v=[0.0]).until(20.0)
     ```
 
-    `text` is the text. `name` is what the system is called in messages. `constants` gives numbers in place of those of the text
+    `text` is the text. `name` is the name of the system in messages. `constants` gives numbers in place of those of the text
     (`const n = 3;`). `samples` gives tables in place of the files that a text names, `samples("wind.csv")`: by the name of the parameter or of the
     file, each a pair of arrays, places and values.
 
     The language, each statement ended by `;`:
 
-    | statement | what it says |
+    | statement | meaning |
     |---|---|
     | `parameters { length = 1.0, masses: [3] = [0.1; 3] }` | numbers that a run may set |
     | `coordinates(x, theta)` | the coordinates in their order; `x: [3]` is an array, `r: rotation` the attitude of a body |
@@ -49,10 +49,11 @@ class System(Declared):
     | `external_forces = (…)` | a component for each coordinate |
     | `branch = divide(factor)` | a factor that is divided out of a kinematic constraint |
     | `let name = …`, `observe = [name]` | names for expressions, and those that are reported |
-    | `run { start = ([1.0], [0.0]); step = 0.01; until = 20.0; }` | what is run where a call does not say otherwise |
+    | `run { start = ([1.0], [0.0]); step = 0.01; until = 20.0; }` | the defaults of a run |
 
     In expressions: `+ - * /`, `dot(x)`, `ddot(x)`, the time `t`, `x.powi(2)`, `x.powf(1.5)`, `x.sin()`, `x.sqrt()` and the like, `if x < 0 { a } else { b }`,
-    `sum(0..3, |i| x[i].powi(2))`. `///` before a quantity says what it is, with its unit in brackets at the end. The book has all of it: the chapters `text_files.md` and
+    `sum(0..3, |i| x[i].powi(2))`. `///` before a quantity gives its meaning, with its unit in brackets at the end. The book describes the whole
+    language: the chapters `text_files.md` and
     `declaration.md` in the folder `dsocs-systems/src/guide` of the source, and `python.md` for this package.
 
     A system never changes. It can be pickled and copied, by its text.
@@ -81,8 +82,9 @@ class System(Declared):
     ) -> Run:
         """Begins a run, which stands at its start: `.until(t)` goes on.
 
-        What is not given is that of the text's run (`run { … }`), or of the one that `run` names. Where a text has no run, `h` (unless there is a `tolerance`), `q` and `v` have to be given, and the
-        time to `until`. A text's run that does not say them has the step 0.01 s and is 10 s long.
+        Arguments that are not given are those of the text's run (`run { … }`), or of the one that `run` names. Where a text has no run, `h` (unless
+        there is a `tolerance`), `q` and `v` have to be given, and the time to `until`. A text's run without a step or an end has the step 0.01 s and
+        lasts 10 s.
 
         `h`: the step [s], negative to run back in time; with a `tolerance`, the distance of the nodes, 0.01 s by default.
         `q`, `v`: position and velocity at the start, a number for each coordinate, or a dict by name.
@@ -94,8 +96,8 @@ class System(Declared):
         `project`: whether the start is moved onto the constraints on positions and velocities.
         `order`: 2 is the paper's step (the default); 4, 6 and 8 are compositions of it.
         `tolerance`: the continuous motion by Taylor series, to this tolerance relative to the velocities.
-        `every`: every so many nodes one is kept, by default each.
-        `parameters`, and everything else by name: values of parameters, `length=1.2`. One that is called like an argument goes into `parameters`:
+        `every`: the distance of two kept nodes, in nodes; 1 by default.
+        `parameters`, and everything else by name: values of parameters, `length=1.2`. A parameter with the name of an argument goes into `parameters`:
         `parameters={"force": 1.0}`.
 
         Raises `SetupError` if any of it cannot be used.
@@ -283,8 +285,8 @@ class System(Declared):
         `free`: parameters that are unknown as well, by name, from their values on. `hold`: coordinates that are held at their guesses.
         `t`: the time [s], where the system depends on it. Values of parameters by name, as in `flow`.
 
-        What is found may be one of a continuum (`Equilibrium.directions`), such as the place of a cart; then it is the one nearest to the guess. Functions that jump with the
-        velocity, such as dry friction, are zero at rest.
+        The equilibrium may be one of a continuum (`Equilibrium.directions`), such as the place of a cart; then it is the one nearest to the guess.
+        Functions that jump with the velocity, such as dry friction, are zero at rest.
 
         Raises `EquilibriumError` if none is found, and `SetupError` if an input cannot be used.
         """

@@ -14,7 +14,8 @@
 # # A million starts
 #
 # From where does the law of the paper's inertia wheel pendulum bring it upright? Every point of a map is a run of its own: its angle θ at the start, and the velocity of
-# its wheel. Runs are computed eight at a time in SIMD lanes, and on all cores. A million takes some minutes; the environment variable `STARTS` says another number.
+# its wheel. Runs are computed eight at a time in SIMD lanes, and on all cores. A million takes some minutes; the environment variable `STARTS` sets
+# another number.
 
 # %%
 import os

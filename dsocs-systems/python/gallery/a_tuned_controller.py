@@ -62,7 +62,7 @@ def cost(gains: np.ndarray, systems: list[dsocs.System] = days) -> tuple[float, 
     for system in systems:
         path = system.path(10.0, h=0.02, q=[0.1], v=[0.0], proportional=proportional, derivative=derivative)
         found = path.gradient(of_node, of="nodes")
-        # what the gains do through the motion; what they do in the cost itself is added by hand
+        # the derivative by the gains through the motion; their direct part in the cost is added by hand
         run = system.flow(h=0.02, q=[0.1], v=[0.0], proportional=proportional, derivative=derivative).until(10.0)
         torque = -proportional * run["theta"] - derivative * run["v_theta"]
         own = [-0.004 * (torque * run[name]).sum() / 500 for name in ("theta", "v_theta")]

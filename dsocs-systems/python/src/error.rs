@@ -88,7 +88,7 @@ pub fn plain(py: Python<'_>, class: &str, message: &str) -> PyErr {
 /// The attributes of an exception, in the order in which they are set.
 fn carry<'py>(py: Python<'py>, set: impl FnOnce(&Bound<'py, PyDict>) -> PyResult<()>) -> Bound<'py, PyDict> {
     let carried = PyDict::new(py);
-    // numbers and strings are always made; without memory for them, the message contains the same
+    // this fails only without memory, and the message contains the attributes as well
     let _ = set(&carried);
     carried
 }

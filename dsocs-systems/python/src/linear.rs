@@ -34,7 +34,7 @@ fn of_equilibrium(py: Python<'_>, error: &EquilibriumError) -> PyErr {
         other => return plain(py, "SetupError", &other.to_string()),
     };
     let carried = PyDict::new(py);
-    // a list of numbers is always made; without memory for it, the message contains the same
+    // this fails only without memory, and the message contains the position as well
     let _ = carried.set_item("q", q);
     exception(py, "EquilibriumError", &error.to_string(), &carried)
 }

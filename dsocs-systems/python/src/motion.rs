@@ -15,10 +15,10 @@ use crate::record::Record;
 /// The time after which a run pauses for a check for signals.
 pub const CHECK_INTERVAL: Duration = Duration::from_millis(30);
 
-/// The largest number of nodes between two looks at the clock.
+/// The largest number of nodes between two readings of the clock.
 const MOST_NODES_PER_READING: u64 = 4096;
 
-/// The approximate time between two looks at the clock.
+/// The approximate time between two readings of the clock.
 const READING_INTERVAL: Duration = Duration::from_millis(1);
 
 /// A run by one of the methods.
@@ -39,7 +39,7 @@ impl<'s> AnyRun<'s> {
         method: Method,
         start: &AnyStart,
     ) -> Result<Self, SetupError> {
-        // for every method: step, parameters and start have to be usable
+        // every method refuses the steps, parameters and starts that the paper's step refuses
         let step = AnyFlow::new(system, h, start)?;
         Ok(match method {
             Method::Step => Self::Step(Box::new(step)),
@@ -97,7 +97,7 @@ fn is_beyond(clock: &Clock, one: &End, other: &End) -> bool {
 pub enum Reached {
     /// The end was reached.
     End,
-    /// As far as there was time for.
+    /// The time for this call was over before.
     OnTheWay,
 }
 
@@ -125,7 +125,7 @@ impl Motion {
         &**self.0.borrow_owner()
     }
 
-    /// Does something with a run by the paper's step; of another one, tells `None`.
+    /// Calls a function with a run by the paper's step; `None` for a run by another method.
     pub fn with_step<R>(&mut self, work: impl FnOnce(&mut AnyFlow<'_>) -> R) -> Option<R> {
         self.0.with_dependent_mut(|_, run| match run {
             AnyRun::Step(flow) => Some(work(flow)),
@@ -143,17 +143,17 @@ impl Motion {
         self.system().shape().dimension()
     }
 
-    /// Looks at the run.
+    /// Calls a function that reads the run.
     pub fn look<R>(&self, look: impl FnOnce(&dyn Run) -> R) -> R {
         self.0.with_dependent(|_, run| look(run.run()))
     }
 
-    /// Does something with the run.
+    /// Calls a function that may change the run.
     pub fn with<R>(&mut self, work: impl FnOnce(&mut dyn Run) -> R) -> R {
         self.0.with_dependent_mut(|_, run| work(run.run_mut()))
     }
 
-    /// Goes on to the next node, or begins with the first. `false` at the end.
+    /// Makes the step to the next node, or begins with the first node. `false` at the end.
     pub fn next(&mut self, end: &End, record: &mut Record) -> Result<bool, RunError> {
         self.with(|run| {
             let goes = run.go_on(end)?;
@@ -164,9 +164,9 @@ impl Motion {
         })
     }
 
-    /// Goes towards an end, for some time.
+    /// Makes steps towards an end, and pauses after [`CHECK_INTERVAL`].
     pub fn go(&mut self, end: &End, record: &mut Record) -> Result<Reached, RunError> {
-        // a method that chooses its steps may do so by where it is to go
+        // a method with variable steps may choose them by the end of the run
         let on_a_grid = self
             .0
             .with_dependent(|_, run| !matches!(run, AnyRun::Continuous(_)));

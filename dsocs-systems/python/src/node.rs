@@ -12,13 +12,13 @@ use pyo3::types::PyFloat;
 
 /// The names of the quantities at a node.
 pub struct Names {
-    /// Those of the coordinates, in their order.
+    /// The names of the coordinates, in their order.
     coordinates: Vec<String>,
     /// The index of the first number of each rotation.
     rotations: Vec<usize>,
-    /// Those of the observed expressions.
+    /// The names of the observed expressions.
     observables: Vec<String>,
-    /// Those of the parameters.
+    /// The names of the parameters.
     parameters: Vec<String>,
     /// The system, which computes the observed expressions; a node that was pickled has their values instead.
     kernel: Option<TapeKernel>,
@@ -83,7 +83,8 @@ fn array(names: &[String], name: &str) -> Option<Range<usize>> {
 
 /// A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 ///
-/// `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it, `node["height"]` an observed expression,
+/// `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` its velocity, acceleration and force,
+/// `node["height"]` an observed expression,
 /// `node["torque"]` a parameter, with the value that was set last, there or before. Where the name is that of
 /// an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
 #[pyclass(frozen, name = "Node", module = "dsocs")]

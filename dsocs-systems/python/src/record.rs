@@ -10,10 +10,9 @@ use crate::error::no_memory;
 /// Rows of numbers that grow. New rows are collected until an array is asked for; then they are moved into
 /// it.
 ///
-/// An array that was returned shows the same rows for ever. The next one shows the same memory and more of
-/// it, as long as there is room for the new rows behind the old ones. Otherwise all rows move to an array of
-/// twice the room. So a user who asks after every step waits for a number of copies that does not grow with
-/// the run.
+/// An array that was returned never changes. The next one shows the same memory and more of it, as long as
+/// there is room for the new rows behind the old ones. Otherwise all rows move to an array of twice the room.
+/// So a user who asks after every step waits for a number of copies that does not grow with the run.
 pub struct Column {
     /// The number of numbers in a row.
     width: usize,

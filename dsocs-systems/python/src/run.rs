@@ -98,7 +98,7 @@ impl PyRun {
 }
 
 impl State {
-    /// The end of a run without an end.
+    /// An infinite end, in the direction of the run.
     fn forever(&self) -> Result<End, RunError> {
         self.motion.look(|run| {
             let forward = run.clock().is_forward();
