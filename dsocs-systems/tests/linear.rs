@@ -172,6 +172,8 @@ fn a_text_file_has_them_too_and_a_failing_guess_is_told() {
     );
 }
 
+/// Unknown inputs, systems of third order, states off their constraints and wrong guesses are refused, each
+/// with its reason, the exit status and an option that helps.
 #[test]
 fn what_cannot_be_had_says_why() {
     let (status, message) = refused(&["linearize", "cart-pole", "--inputs", "force"]);

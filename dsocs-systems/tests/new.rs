@@ -151,6 +151,8 @@ fn a_crate_of_a_text_file_says_the_same_word_for_word_and_gives_the_same_bits() 
     assert!(own.stdout == text.stdout, "the same bits");
 }
 
+/// Documentation in a text that tries to close its comment and to add functions stays documentation in the
+/// Rust of the new crate.
 #[test]
 fn what_a_text_says_is_no_code_of_the_crate() {
     let folder = tempfile::tempdir().unwrap();
@@ -182,6 +184,7 @@ fn what_a_text_says_is_no_code_of_the_crate() {
     }
 }
 
+/// A folder with content, names that no crate may have and a folder that is no checkout are refused.
 #[test]
 fn what_is_no_place_or_no_name_for_a_crate_is_refused() {
     let folder = tempfile::tempdir().unwrap();

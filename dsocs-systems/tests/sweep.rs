@@ -241,8 +241,8 @@ fn events_extremes_and_nodes_are_kept() {
     assert_eq!(nodes, 2);
 }
 
-/// Points in lanes: the bytes do not depend on the points beside, they agree with single runs to rounding,
-/// and failures are rows.
+/// Points in lanes: their bytes do not depend on the points in the other lanes, their values agree with those
+/// of single runs to rounding, and a failure is a row of the table.
 #[test]
 fn lanes_do_not_change_with_what_runs_beside() {
     let plan = |part: u64, lanes: &str| {

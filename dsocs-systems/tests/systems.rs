@@ -191,6 +191,8 @@ mod texts {
         nodes
     }
 
+    /// Every text of the library has the kind that its list entry states, a meaning and a unit for each
+    /// quantity, and a drawing with a body in space.
     #[test]
     fn what_they_say_is_complete_and_they_are_drawn() {
         for shipped in TEXTS {

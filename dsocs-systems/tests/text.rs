@@ -226,6 +226,7 @@ fn mistakes_are_underlined_in_the_text() {
     assert!(stderr.contains("expected a name and a number"), "{stderr}");
 }
 
+/// One mistake at two places of a text gives one message that underlines both.
 #[test]
 fn what_is_said_of_several_places_is_said_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -413,6 +414,7 @@ fn tables_of_samples_are_listed_and_belong_to_their_files() {
     }
 }
 
+/// A parameter that nothing uses gives a warning with its place, and the run succeeds.
 #[test]
 fn what_has_no_effect_is_underlined() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! What is right does not fail where a motion begins from rest, passes through rest, or strikes a stiff spring:
-//! such a line holds, or is open, with the reason.
+//! Correct systems fail no check where a motion begins from rest, passes through rest, or hits a stiff
+//! spring: each line of the table holds, or is not required, with the reason.
 
 use dsocs_core::text::Text;
 use dsocs_systems::Entry;

@@ -68,9 +68,11 @@ fn a_built_in_system_has_the_bars_of_its_text() {
     }
 }
 
+/// Bodies whose thrust balances their weight, so that their motion is rounding: no check fails, and the
+/// certificate is as large as in motion.
 #[test]
 fn what_hovers_is_as_regular_as_what_flies() {
-    // the thrust differs from the weight by rounding, and the motion is nothing but this rounding
+    // the thrust differs from the weight by rounding, which alone causes the motion
     let texts = [
         "parameters { mass = 0.8, gravity = 9.81, thrust = 7.848 }
         coordinates(r: rotation, x: [3]);
@@ -141,6 +143,8 @@ fn the_order_of_a_rough_spin_is_fitted_where_errors_fall_as_a_power() {
     }
 }
 
+/// With masses that span twenty decades, the change `dξ` of the symplectic form by a nonholonomic constraint
+/// is found: it is above 1e-3 of the terms.
 #[test]
 fn what_constraints_change_is_seen_in_any_units() {
     // masses that span twenty decades

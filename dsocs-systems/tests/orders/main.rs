@@ -75,6 +75,8 @@ fn the_papers_map_touches_at_order_1_where_the_mass_varies() {
     }
 }
 
+/// On a straight wire the paper's `L_d` is of order 1, but its error telescopes: the forces at nodes and the
+/// flow are of order 2.
 #[test]
 fn what_telescopes_lowers_nothing() {
     // a straight wire: L = T(v) − V(q)
@@ -197,6 +199,7 @@ fn a_flow_of_order_4_begins_on_the_motion() {
     assert_eq!(found.lowering, [Part::Start]);
 }
 
+/// A discrete Lagrangian that does not tend to `L` is of order 0, and so is the flow.
 #[test]
 fn what_is_not_consistent_is_of_order_0() {
     let found = orders(&Inconsistent, &settings(0.1), ([1.0], [0.3])).unwrap();
@@ -282,6 +285,8 @@ fn a_law_by_a_lyapunov_function_has_an_exact_c_v() {
     }
 }
 
+/// With as many constraints as coordinates, an `L_d` of order 1 changes the force alone: the positions are
+/// exact.
 #[test]
 fn what_the_constraint_force_takes_up_lowers_nothing() {
     // as many constraints as coordinates: only the force depends on L_d
@@ -307,6 +312,7 @@ fn external_forces_have_an_order_of_their_own() {
     }
 }
 
+/// The orders of a system of third order are refused, with the reason.
 #[test]
 fn what_cannot_be_had_says_so() {
     let crane = systems::crane::entry();

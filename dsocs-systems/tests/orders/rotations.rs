@@ -97,6 +97,8 @@ lagrangian = (2 * w[0].powi(2) + 1.5 * w[1].powi(2) + w[2].powi(2)) / 2 - (r * [
 /// An initial attitude away from the axes.
 const TURNED: [f64; 4] = [0.5, 0.5, -0.5, 0.5];
 
+/// A top with the paper's map, the midpoint and the trapezoid: the paper's `L_d` alone is of order 1, and all
+/// three flows are of order 2.
 #[test]
 fn with_a_constant_inertia_what_the_papers_map_lacks_telescopes() {
     for (map, alone) in [("paper", 1.0), ("midpoint", 2.0), ("trapezoid", 2.0)] {
@@ -118,6 +120,8 @@ let u = r.inverse() * dot(x);
 lagrangian = (2 * w[0].powi(2) + 1.5 * w[1].powi(2) + w[2].powi(2)) / 2
     + (1.2 * u[0].powi(2) + 2 * u[1].powi(2) + 3 * u[2].powi(2)) / 2 + x[2] / 5;";
 
+/// A body whose inertia depends on its attitude: the paper's map is of order 1, midpoint and trapezoid are of
+/// order 2.
 #[test]
 fn where_the_attitude_makes_the_mass_vary_the_papers_map_is_of_order_1() {
     let mut q = TURNED.to_vec();

@@ -25,6 +25,8 @@ fn a_parasitic_mode_is_told() {
     }
 }
 
+/// Rounding about an equilibrium, an oscillation of nine steps a period and a damper that the step resolves
+/// give no warning.
 #[test]
 fn what_rests_and_what_is_followed_is_not() {
     let texts = [

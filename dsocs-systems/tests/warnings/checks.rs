@@ -30,6 +30,7 @@ fn holds(text: &str) {
     assert!(!table.contains("open"), "{text}: {table}");
 }
 
+/// Systems that rest in equilibrium pass all checks without an excuse.
 #[test]
 fn what_rests_is_reversible() {
     holds(
@@ -91,6 +92,8 @@ const BEND: &str = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).pow
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 5 * (-((x - 2) / 0.1).powi(2)).exp(); \
     variational = [(dot(x), dot(y))]; run { start = ([0, 0], [1, 0]); step = 0.005; until = 4; }";
 
+/// A motion whose curvature is below 1e-100 at first passes all checks, and no step of it is reported as
+/// irregular.
 #[test]
 fn what_hardly_moves_loses_no_regularity() {
     holds(BEND);
@@ -135,6 +138,8 @@ fn an_order_that_scatters_over_corners_is_open_and_says_why() {
     assert!(!right && table.contains("FAILED"), "{table}");
 }
 
+/// A motion that begins at rest, with tiny first legs, passes the comparison of its tangent map with
+/// difference quotients.
 #[test]
 fn what_begins_at_rest_has_differences_that_tell_its_tangent_map() {
     holds(

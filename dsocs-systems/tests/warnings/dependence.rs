@@ -26,6 +26,7 @@ fn a_tolerance_that_rounding_does_not_allow_is_told() {
     }
 }
 
+/// Constraints whose independent part allows the tolerance give no warning.
 #[test]
 fn what_is_independent_enough_is_not() {
     for (beside, tolerance) in [(1.0, "1e-14"), (1e-3, "1e-12"), (1e-6, "1e-9")] {

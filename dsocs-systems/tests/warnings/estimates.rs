@@ -32,6 +32,8 @@ fn beside_a_corner_that_hides_in_an_angle_or_a_root_errors_are_estimated() {
     }
 }
 
+/// Where the continuous motion ends at a corner, the run goes on without estimates, and the note gives the
+/// time up to which errors are known.
 #[test]
 fn where_the_continuous_motion_ends_the_run_goes_on_without() {
     // a bead on a wire with a corner

@@ -446,6 +446,9 @@ fn a_jump_of_the_curvature_of_a_constraint_costs_no_order_and_is_none_of_a_force
     }
 }
 
+/// Infinite forces, and jumps that require a jump of the velocity, in seven scenes by the orders 2, 4, 6 and
+/// 8 with several steps: the run ends, or a warning names an infinite value; at the corner of a wire a
+/// warning names the first order.
 #[test]
 fn what_is_infinite_and_what_makes_a_velocity_jump_is_told_as_such() {
     let ends: [Scene; 7] = [
@@ -579,6 +582,8 @@ fn a_velocity_without_a_bound_is_told_as_such() {
     assert!(!succeeds, "{error}");
 }
 
+/// Jumps that are declared, and at which the motion sticks, end a Taylor flow without the advice to declare
+/// them.
 #[test]
 fn what_is_declared_and_sticks_is_not_asked_to_be_declared() {
     let declared = [
@@ -667,6 +672,7 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
     }
 }
 
+/// Painlevé's rod with 42 steps from 2e-4 to 2e-3: every run ends, or warns of a nearly singular step.
 #[test]
 fn a_step_that_is_solved_with_sides_does_not_lead_over_a_singularity() {
     // a sliding rod whose friction is proportional to its normal force (Painlevé): the determinant vanishes

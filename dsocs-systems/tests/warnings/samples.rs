@@ -81,8 +81,9 @@ fn close_samples_on_a_smooth_curve_are_no_reason_for_a_warning() {
     }
 }
 
-/// A belt with sampled speed carries a block that rests on it; where the belt slows down too fast, the block
-/// slides.
+/// A belt with sampled speed carries a block: the block has the velocity of the belt, to the tolerance, and
+/// no constraint force. It slides where the belt slows down too fast; its release at a corner of the samples
+/// gives a warning with steps of a fixed length.
 #[test]
 fn what_rests_on_a_sampled_belt_has_its_velocity() {
     let table = |name: &str, lines: &[(f64, f64)]| {
