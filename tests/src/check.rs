@@ -59,7 +59,7 @@ pub enum Mismatch {
     Differs(String),
 }
 
-/// An error if two numbers differ by more than `tolerance`; NaN differs from everything.
+/// An error if two numbers differ by more than `tolerance`; NaN differs from every number.
 fn expect(what: impl Display, generated: f64, independent: f64, tolerance: f64) -> Result<(), Mismatch> {
     if (generated - independent).abs() <= tolerance {
         return Ok(());

@@ -284,7 +284,7 @@ impl Flow {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of the library's function.
     #[allow(clippy::new_ret_no_self)] // the library's
     pub fn new<S: System<N>, const N: usize>(
         system: &S,
@@ -310,7 +310,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of the library's function.
     pub fn new<S: System<N>>(
         system: &'s S,
         start: Start<N>,
@@ -323,7 +323,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of the library's function.
     pub fn read(system: &'s TapeKernel, start: Start<N>, tolerance: Tolerance) -> Result<Self, SetupError> {
         let flow = AnyTaylorFlow::of_tape(system, &start.into(), tolerance)?;
         Ok(Self(Series::Read(flow)))
@@ -333,7 +333,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of the library's function.
     pub fn every(self, h: f64) -> Result<Self, SetupError> {
         Ok(Self(match self.0 {
             Series::Read(flow) => Series::Read(flow.every(h)?),
@@ -402,7 +402,7 @@ impl<'s, const N: usize> ComposedFlow<'s, N> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of the library's function.
     pub fn new<S: System<N>>(
         system: &'s S,
         h: f64,

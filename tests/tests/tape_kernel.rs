@@ -1,5 +1,5 @@
-//! A declaration that was never compiled is the same system: walking its tape gives the bits of the code that
-//! the attribute writes.
+//! A declaration that was never compiled gives the motions of the compiled one, bit for bit: the interpreter
+//! of its tape has the bits of the code that the attribute writes.
 
 use dsocs_core::__private::{Tape, TapeError, TapeKernel};
 use dsocs_core::taylor::AnyTaylorFlow;
@@ -532,7 +532,6 @@ fn node_bits(node: &OwnedNode) -> Vec<u64> {
 
 /// Compares a compiled system in lanes with its tape in lanes, in 11 runs with a varying parameter and, if
 /// allowed, a held one. Returns the numbers of compared nodes and of runs that ended with an error.
-/// nodes were compared, and how many runs ended with an error.
 fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, defaults: &DefaultStart) -> [usize; 2] {
     let tape = of_tape(system.kernel()).unwrap();
     let position =

@@ -120,7 +120,7 @@ mod field_without_tuple {
     }
 }
 
-/// Forces for neither the kinematic constraints nor all.
+/// One force for two constraints.
 mod forces_of_some {
     use dsocs_core::dsocs;
 
@@ -208,7 +208,7 @@ mod too_many_constraints {
     }
 }
 
-/// The same thing from both sides.
+/// Virtual displacements and constraint forces in one declaration.
 mod variational_and_forces {
     use dsocs_core::dsocs;
 

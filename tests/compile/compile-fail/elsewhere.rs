@@ -1,4 +1,4 @@
-//! Functions, constants and products as they are written elsewhere.
+//! Functions, constants and products in the notation of other languages.
 
 use dsocs_core::dsocs;
 

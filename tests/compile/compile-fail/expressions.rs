@@ -64,7 +64,7 @@ mod function_call {
     }
 }
 
-/// Things that are no numbers.
+/// Values that are no numbers.
 mod numbers {
     use dsocs_core::dsocs;
 
@@ -78,7 +78,7 @@ mod numbers {
     }
 }
 
-/// What is written elsewhere for what is written here in another way.
+/// Derivatives, powers and equations in the notation of other languages.
 mod other_ways_of_writing {
     use dsocs_core::dsocs;
 

@@ -1,4 +1,4 @@
-//! Forces that are given, written as something else.
+//! External forces under the names of other statements.
 
 use dsocs_core::dsocs;
 

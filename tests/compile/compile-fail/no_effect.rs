@@ -1,4 +1,4 @@
-//! What has no effect is warned of, at its name.
+//! A definition without effect gives a warning at its name.
 #![deny(warnings)]
 
 use dsocs_core::dsocs;

@@ -125,7 +125,7 @@ mod shared {
     pub struct Renamed;
 }
 
-/// What is no name with statements.
+/// Shared statements without a name.
 mod not_shared {
     dsocs_core::statements! {
         coordinates(theta);

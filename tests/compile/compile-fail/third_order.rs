@@ -1,4 +1,4 @@
-//! Third derivatives where they do not belong, and what does not go with them.
+//! Third derivatives in the wrong statements, and statements that cannot stand beside them.
 
 use dsocs_core::dsocs;
 

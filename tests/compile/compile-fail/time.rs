@@ -1,4 +1,4 @@
-//! Time that is taken for something else.
+//! The time `t` as a function, an array, a coordinate or the name of a parameter.
 
 use dsocs_core::dsocs;
 

@@ -1,4 +1,4 @@
-//! A function of the user's that knows `f64` only cannot be differentiated; what is observed alone need not be.
+//! A user's function of `f64` alone cannot be differentiated; in an observed expression it need not be.
 
 use dsocs_core::{Real, dsocs};
 

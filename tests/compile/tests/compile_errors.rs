@@ -2,7 +2,7 @@
 //! compared with the `.stderr` file beside the program.
 //!
 //! Errors of the attribute itself are grouped by subject. Errors of the compiler in the user's code have a
-//! file each: the compiler comes to them only where nothing else is wrong.
+//! file each: the compiler reaches them only where nothing else is wrong.
 //!
 //! The compiler is run with the library that this test was built with. So nothing is built for these tests alone.
 
@@ -83,8 +83,8 @@ const FEATURE_LINES: [&str; 4] = [
     "note: this error originates in the macro `impl_",
 ];
 
-/// The lines that are compared: without their margins, which are as wide as the longest number of a line, without what stands in the library, and
-/// without what depends on its features.
+/// The lines that are compared: without their margins, which are as wide as the longest number of a line, without lines of the library's source,
+/// and without lines that depend on its features.
 fn compared_lines(text: &str) -> Vec<&str> {
     let mut lines = Vec::new();
     let (mut of_features, mut elsewhere) = (false, false);

@@ -19,8 +19,8 @@ pub mod scene;
 pub mod table;
 pub mod text;
 
-/// The extent of a test: how many draws it takes, or how long it runs. The long form is that of `DSOCS_LONG=1 cargo test …`, the short one
-/// finds what goes wrong in one of some draws.
+/// The extent of a test, such as its number of draws or its duration: the long one with `DSOCS_LONG=1 cargo test …`, else the short one,
+/// which finds an error that occurs in one of several draws.
 #[must_use]
 pub fn short_or_long<T>(short: T, long: T) -> T {
     if std::env::var_os("DSOCS_LONG").is_some_and(|value| value == "1") {

@@ -1,6 +1,6 @@
-//! Error messages name the cause that there is: a tolerance that is too large is not called a singularity, a
-//! system without a constraint on accelerations is not told of a decrease of energy, and for corners of
-//! samples another interpolation is advised.
+//! Error messages name the true cause: a tolerance that is too large is not called a singularity, the message
+//! for a system without a constraint on accelerations does not mention a decrease of energy, and for corners
+//! of samples another interpolation is advised.
 
 use dsocs_core::prelude::*;
 use dsocs_core::{Composition, Samples};
@@ -44,7 +44,7 @@ fn a_tolerance_that_is_too_large_is_told() {
     // as it advises
     let node = run(1e-9).unwrap();
     assert!((node.v[0].hypot(node.v[1]) - 2.0_f64.sqrt()).abs() < 1e-6);
-    // a singularity is one
+    // at a singularity, a small tolerance is not called large
     let fall = |tolerance: f64| {
         let start = Start::second_order([1.0], [0.0]);
         let mut flow = TaylorFlow::new(&Centre, start, Tolerance::relative(tolerance)).unwrap();
@@ -89,7 +89,7 @@ fn a_composition_speaks_of_constraints_that_there_are() {
         let start = Start::second_order([x], [0.0]);
         ComposedFlow::new(&Dry, h, Composition::SUZUKI_4, start)?.to(30.0)
     };
-    // where dry friction stops the mass a composition goes on, as the step of order 2 does
+    // where dry friction stops the mass, a composition continues, as the step of order 2 does
     for (h, x) in [(0.01, 1.0), (0.01, 0.1), (0.1, 1.0)] {
         let composed = run(h, x).unwrap();
         let step = Flow::new(&Dry, h, Start::second_order([x], [0.0]))
@@ -179,6 +179,8 @@ fn corners_of_samples_ask_for_a_smooth_interpolation() {
     }
 }
 
+/// A potential whose exponential overflows although its quotient does not: the error names the overflowing
+/// part, and the bounded expression in its place can be run.
 #[test]
 fn what_overflows_is_told_with_what_to_write_instead() {
     use dsocs_core::text::Text;
@@ -198,7 +200,7 @@ fn what_overflows_is_told_with_what_to_write_instead() {
             "{error}"
         );
         assert!(error.contains("write what is bounded without it"), "{error}");
-        // what is advised for it runs
+        // the expression that the message advises can be run
         let bounded = match expression {
             "1 / (300 * x).cosh()" => "2 * (-(300 * x).abs()).exp() / (1 + (-2 * (300 * x).abs()).exp())",
             _ => "(1 + (150 * x).tanh()) / 2",

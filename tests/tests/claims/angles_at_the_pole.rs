@@ -1,7 +1,7 @@
 //! Motions of the Taylor flow that pass close to the pole of their angles. There an angle turns almost at
-//! once; elsewhere its velocity is much smaller than the other one's. It keeps its own relative accuracy: its
-//! conserved momentum stays constant, and the place is that of the Cartesian equations, which are integrated
-//! by DOP853.
+//! once; elsewhere its velocity is much smaller than the other one's. This slow velocity keeps its own
+//! relative accuracy: the conserved momentum of the angle stays constant, and the position is that of the
+//! Cartesian equations, which are integrated by DOP853.
 
 use dsocs_core::{Start, Stepper as _, Tolerance};
 use dsocs_tests::declared;
@@ -111,6 +111,8 @@ fn a_mass_on_a_spring_passes_the_origin() {
     }
 }
 
+/// A mass that is 1e4 times slower than the one beside it keeps its own relative accuracy: its position after
+/// 20 s is the closed form to 1e3 tolerances of its size of 1e-5.
 #[test]
 fn what_is_slow_all_along_keeps_its_digits_beside_it() {
     for tolerance in [1e-7, 1e-10] {

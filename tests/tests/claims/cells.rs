@@ -1,5 +1,5 @@
-//! Where a step has thousands of operations, like ones are compiled to loops. The result has the bits of the
-//! tape, which executes each operation by itself.
+//! In a step of thousands of operations, equal sequences of operations are compiled to loops. The result has
+//! the bits of the tape, which executes each operation by itself.
 
 use dsocs_core::Leg;
 use dsocs_tests::tape;

@@ -216,8 +216,9 @@ fn the_energy_does_not_drift() {
     assert!((order - 2.0).abs() < 0.1, "{order} from {deviations:?}");
 }
 
-/// A pull at the inner end is felt at the outer end of a chain at rest by `1e-10` of it after a step or two: the second
-/// differences span many decades, and the small ones are known to as many digits as the rows' rounding leaves.
+/// In a chain at rest, a pull at the inner end moves the outer end by only 1e-10 as much within one or two steps. The
+/// second differences span many decades, and the small ones are known to as many digits as the rounding of the rows
+/// leaves. No step takes more than 8 evaluations, over 500 steps of six sizes from two starts.
 #[test]
 fn a_chain_at_rest_is_solved_in_few_evaluations() {
     let chain = PlanarChain8 {

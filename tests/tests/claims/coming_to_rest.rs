@@ -137,6 +137,9 @@ fn exact_velocity(at: f64, width: f64, kind: usize) -> f64 {
     }
 }
 
+/// A mass that waits at rest is pushed by each of the six forces, with a random time and width: its velocity
+/// at t = 2 is the closed form to 300 tolerances, after less than 5000 steps, at tolerances from 1e-4 to
+/// 1e-12.
 #[test]
 fn what_waits_at_rest_is_pushed_at_every_tolerance() {
     for draw in 0..short_or_long(15, 60) {

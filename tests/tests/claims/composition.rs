@@ -203,9 +203,9 @@ fn with_equal_legs_it_is_the_papers_step() {
 }
 
 /// With equal legs `L_d` is kept from leg to leg, whatever the curvature. With unequal ones the speeds of neighbouring legs
-/// differ by the square of their lengths, `|v_r|² = |v|² + h²|a|²/4`, so that `L_d` is not kept; what is kept, where the
-/// curvature is constant, is the energy at the nodes, and with it `L_d` of each stage from step to step. Where the curvature
-/// varies the energy at the nodes stays within an error of the method's order, without a drift.
+/// differ by the square of their lengths, `|v_r|² = |v|² + h²|a|²/4`, so that `L_d` is not kept. Where the curvature is
+/// constant, the energy at the nodes is kept, and with it `L_d` of each stage from step to step. Where the curvature varies
+/// the energy at the nodes stays within an error of the method's order, without a drift.
 #[test]
 fn what_unequal_legs_keep() {
     let steps = short_or_long(8000, 40_000);

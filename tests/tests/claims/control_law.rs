@@ -43,6 +43,8 @@ fn angles_under_torque(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64
     [last[0], last[1]]
 }
 
+/// The constraint force as a function of the state, applied by the motor: after 10 and 40 s the angles of
+/// DOP853 are those of the Taylor flow, `θ` to 1e-9 and `ψ`, which is 150 times as large, to 2e-7.
 #[test]
 fn as_a_feedback_law() {
     let pendulum = InertiaWheelPendulum::default();

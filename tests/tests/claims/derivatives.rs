@@ -89,7 +89,9 @@ fn end<S: System<N>, const N: usize, const K: usize>(
 }
 
 /// Checks the derivatives of the end by a start of position and velocity and by all parameters, forward against differences, and
-/// backward against forward. `K` is `2 N`; `scale` is on which the end varies.
+/// backward against forward. `K` is `2 N`; `scale` is a change of position or velocity, and a relative change of a parameter, at
+/// which the end changes noticeably; the differences are taken with 1e-3 of it. The tolerance is relative to the largest
+/// derivative.
 fn check<S: System<N> + Clone, const N: usize, const K: usize>(
     system: &S,
     (q0, v0): ([f64; N], [f64; N]),
@@ -238,7 +240,8 @@ fn of_constrained_systems_by_parameters() {
     let start = Start::nodes([0.0, 0.0, 0.0], *flow.position());
     let path = Path::new(&sleigh, h, start, 1.0).unwrap();
     for (place, quantity) in Sleigh::PARAMETERS.iter().enumerate() {
-        // the offset is in the constraint, which the given nodes obey only as it is
+        // the offset is in the constraint: with another value of it the given nodes would violate the
+        // constraint
         if !["mass", "inertia"].contains(&&*quantity.name) {
             continue;
         }
@@ -616,6 +619,8 @@ fn checkpoints_change_no_bit() {
     }
 }
 
+/// Unknown parameters and coordinates, and runs without derivatives, give an error that names them and the
+/// known names.
 #[test]
 fn what_has_no_derivative_says_so() {
     let pushed = Pushed {

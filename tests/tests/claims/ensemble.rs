@@ -142,6 +142,7 @@ fn a_curvature_that_the_macro_cannot_see_into_is_the_flows_bit_for_bit() {
     }
 }
 
+/// 37 runs to t = 300 have the same bits on 1, 2 and 4 threads, in the opposite order, and alone.
 #[test]
 fn neither_threads_nor_company_change_a_bit() {
     let system = InertiaWheelPendulum::default();

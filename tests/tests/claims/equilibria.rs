@@ -281,6 +281,8 @@ fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
     }
 }
 
+/// Systems without an equilibrium near the guess give the reason: a force that nothing balances, a constraint
+/// that does not allow rest, a constraint that moves in time, and others.
 #[test]
 fn where_there_is_none_it_says_why() {
     let search = |text: &str, guess: &[f64]| EquilibriumSearch::new(&read(text)).near(guess).unwrap_err();

@@ -76,7 +76,7 @@ fn order(name: &str, error: impl Fn(f64) -> f64) -> f64 {
     order
 }
 
-/// Holds a system against a position that is known: the Taylor flow to rounding, the step to order 2.
+/// Compares a system with a known position: the Taylor flow to rounding, the step to order 2.
 fn assert_position<S: System<N>, const N: usize>(
     name: &str,
     system: &S,

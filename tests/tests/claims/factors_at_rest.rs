@@ -216,6 +216,8 @@ fn direction(random: &mut Random) -> [f64; 3] {
     along
 }
 
+/// Eight random systems of three coupled masses with a motor along a random direction: the continuous motion
+/// is that of the motor as an external force, to 1e-9, and the step converges to it with the order 2.
 #[test]
 fn random_masses_on_springs() {
     for seed in 1..=8 {
@@ -439,6 +441,8 @@ declared! {
     branch = divide(dot(x));
 }
 
+/// A constraint whose factor is no polynomial is not divided, so it has no value at rest: both starts are
+/// refused, with advice on a velocity and on `branch`. With a velocity the acceleration is exact.
 #[test]
 fn what_has_no_value_at_rest_is_told_with_advice() {
     let [second, paper] = [Start::second_order, Start::paper].map(|start| start([1.0], [0.0]));

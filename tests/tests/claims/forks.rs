@@ -46,7 +46,8 @@ declared! {
     constraint_forces = [(-s, 1 + lean * s, 0)];
 }
 
-/// What follows from rest.
+/// The continuation from rest: friction holds the body, the body leaves with this acceleration, or there are
+/// several continuations.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Fate {
     Holds,
@@ -120,7 +121,7 @@ fn by_series<S: System<N> + Debug, const N: usize>(
 /// Counts of forks, rests and departures.
 type Counts = [u32; 3];
 
-/// Holds runs of both methods, from a velocity `v` and from rest, against the acceleration `a(s)`.
+/// Compares runs by both methods, from a velocity `v` and from rest, with the acceleration `a(s)`.
 fn judge<S: System<N> + Debug, const N: usize>(
     system: &S,
     (a, holds): (&dyn Fn(f64) -> f64, &[f64]),
@@ -142,7 +143,7 @@ fn judge<S: System<N> + Debug, const N: usize>(
     }] += 1;
     for v in [0.0, v] {
         let slows = a(v.signum());
-        // it comes to rest at this time, if at all
+        // the time at which it would come to rest
         let rests = if v == 0.0 { 0.0 } else { -v / slows };
         let until = 2.0;
         let comes = (0.0..until - 0.1).contains(&rests);

@@ -19,7 +19,8 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// Runs a system from random starts.
+/// Runs a system from 300 random starts by three rules, ten steps each: no panic, and every accepted position
+/// is finite.
 fn shoot<S: System<N>, const N: usize>(system: &S) {
     let steps = prop_oneof![2 => Just(0.1), 1 => number()].boxed();
     let states = (0..3, steps, vector::<N>(number()), vector::<N>(number()));
@@ -39,7 +40,7 @@ fn shoot<S: System<N>, const N: usize>(system: &S) {
                 Ok(_) => prop_assert!(flow.position().iter().all(|q| q.is_finite())),
                 Err(error) => {
                     prop_assert!(!error.to_string().is_empty());
-                    // whatever the state, its regularity and the pair of roots can be asked for
+                    // regularity and roots can be computed for any state
                     let _ = Regularity::of(system.kernel(), h, leg.any(), &[0.0; N]).grants_flow();
                     let _ = flow.roots();
                     break;

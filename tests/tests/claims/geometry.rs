@@ -1,7 +1,7 @@
 //! The geometry of the discrete flow: Legendre transforms and forms agree with the declaration, the tangent
 //! map is the derivative of the step, the inverse leads back, and the paper's laws hold to rounding.
 
-#![allow(clippy::float_cmp)] // what is exact is asked to be
+#![allow(clippy::float_cmp)] // exact values are compared exactly
 
 use dsocs_core::geometry::{
     DiscreteFlow, Displacement, Evolution, FlowTheorem, GeometryError, Triple, asymmetry, discrete_form,
@@ -342,6 +342,8 @@ fn the_inverse_leads_back() {
     assert!(map.irreversibility(&map.forward(leg.any()).unwrap()).unwrap() < 1e-15);
 }
 
+/// A triple that does not solve the step has no tangent map, and a leg at rest has neither a step forward nor
+/// one back: each gives its own error.
 #[test]
 fn what_is_no_trajectory_is_refused() {
     let particle = CurvedParticle::default();

@@ -1,5 +1,5 @@
-//! The estimated error of a run is its error to a factor of 1.5, where this is above rounding: both systems
-//! of the paper, against data from outside this workspace.
+//! The estimated error of a run agrees with its true error to a factor of 1.5, wherever this is above
+//! rounding: for both systems of the paper, by four methods, against data from outside this workspace.
 
 use dsocs_core::taylor::{GlobalError, Motion, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, RunError, Start, Stepper, System};
@@ -12,7 +12,7 @@ use dsocs_tests::short_or_long;
 /// Errors of the coordinates that are rounding, of the runs or of the reference.
 type Rounding = [f64; 2];
 
-/// Counts the estimates within a factor of 3 of the error; `worst` is the largest factor.
+/// Counts all estimates, and those within a factor of 3 of the error; `worst` is the largest factor.
 #[derive(Clone, Copy, Debug)]
 struct Score {
     within: u32,
@@ -60,7 +60,8 @@ fn positions<S: System<2>>(
     positions
 }
 
-/// Scores of the estimate against the Taylor flow, and of Richardson's with half the step.
+/// The scores of the estimate by the Taylor flow, and of Richardson's estimate from the run with half the
+/// step.
 fn scores<S: System<2>>(
     system: &S,
     method: Composition,

@@ -1,6 +1,6 @@
 //! Corners and jumps that no sign, comparison or absolute value declares: of roots of expressions that touch
-//! zero, and of angles at the ends of their ranges. A Taylor flow ends a step there and starts anew beyond: held
-//! against motions by pieces. Steps of order 2 and their compositions report the jumps.
+//! zero, and of angles at the ends of their ranges. A Taylor flow ends a step there and begins a new series
+//! beyond. The references are motions piece by piece. Steps of order 2 and their compositions report the jumps.
 
 use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, Composition, Flow, Run, Start, Stepper, Tolerance, Unresolved};

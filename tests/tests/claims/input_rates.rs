@@ -165,7 +165,7 @@ fn are_refused_by_every_method() {
     flow.to(0.1).unwrap();
 }
 
-/// A field that is not a number is no parameter, and the error says so.
+/// A field that is not a number is no parameter: the error names it.
 #[test]
 fn of_other_types_are_told() {
     let sampled = Sampled {

@@ -309,7 +309,7 @@ fn several_inputs_at_a_node_are_one_change() {
     }
 }
 
-/// A run that is reversed counts its nodes anew, so that the index of a change before has no meaning for it.
+/// A reversed run counts its nodes from zero, so the index of an earlier change must not be used.
 #[test]
 fn an_input_after_turning_round_leaves_the_position() {
     let system = PushedByPotentialAlone { u: 0.0 };
@@ -558,7 +558,7 @@ fn a_composition_keeps_its_order() {
 }
 
 declared! {
-    /// A pendulum with a wheel, and a motor between them that turns as it is told.
+    /// A pendulum with a wheel, and a motor between them whose torque is an input.
     #[derive(Clone)]
     struct Motor {
         i: f64,
@@ -581,8 +581,8 @@ impl Motor {
 const Q0: [f64; 2] = [0.5, 0.0];
 const V0: [f64; 2] = [0.0, 0.5];
 
-/// The pendulum's own control law as torques that are held: the motion comes near to the continuous one with the first order of
-/// the sampling.
+/// The pendulum's own control law, sampled as held torques: the motion converges to the continuous one with the first order in
+/// the sampling interval.
 #[test]
 fn a_sampled_control_law_is_of_first_order() {
     let pendulum = InertiaWheelPendulum::default();
@@ -698,6 +698,8 @@ declared! {
     holonomic = x.powi(2) + y.powi(2) - length.powi(2);
 }
 
+/// A parameter in a constraint on positions, an unknown name and values that are not finite are refused as
+/// inputs, each with its own error.
 #[test]
 fn what_cannot_be_an_input() {
     let rod = Rod {

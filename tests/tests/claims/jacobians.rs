@@ -1,8 +1,8 @@
 //! The generated rows, Jacobians, forces and energies are those of the declaration.
 //!
 //! Each system below is written twice: declared with `#[dsocs]`, and as functions over dual numbers ([`Declaration`]), from
-//! which the rows follow by nested dual numbers as the paper defines them. [`compare`] holds one against the other at random
-//! states, and the Jacobian also against difference quotients and against the generated code run with dual numbers.
+//! which the rows follow by nested dual numbers as the paper defines them. [`compare`] compares them at random states, and
+//! the Jacobian also with difference quotients and with the generated code run with dual numbers.
 
 use dsocs_core::System;
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, Wavy};
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use crate::draws::{self, sized, vector};
 use crate::systems::{builtin, constrained, maps, mass, opaque, paper};
 
-/// Where states are drawn from.
+/// The ranges from which states are drawn.
 struct Range {
     q: f64,
     v: f64,

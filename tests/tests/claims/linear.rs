@@ -165,8 +165,8 @@ fn a_pendulum_in_cartesian_coordinates_is_the_one_in_its_angle() {
             }
         }
     }
-    // in motion, the way along the circle is the length times the angle: the same model in other units, where the circle is flat to
-    // second order
+    // in motion, the distance along the circle is the length times the angle: the model in angles, in other units, up to the
+    // curvature of the circle
     let (theta, rate) = (0.4_f64, 1.3);
     let (sin, cos) = theta.sin_cos();
     let moving = model(
@@ -333,6 +333,8 @@ fn corners_are_refused_and_smooth_pieces_are_not() {
     assert!(linearized("1 / x", 0.0, 0.0).is_err());
 }
 
+/// Unknown or repeated names, a step of zero, a start of the wrong length and one off its constraint are
+/// refused, each with its reason.
 #[test]
 fn what_cannot_be_had_says_why() {
     let system = read(CART_POLE);

@@ -1,5 +1,5 @@
-//! Discrete rows of holonomic and nonholonomic constraints, one by one, are those of the paper written by hand: `g(q2)` but for a
-//! small part of what `g(q1)` is, `c(φ⁻¹(q1, q2))`, then `Q − Σ λ α(q1)` for any multipliers.
+//! Each discrete row of a system with holonomic and nonholonomic constraints is that of the paper, written by hand: `g(q2) − (1 −
+//! 1/1024) g(q1)` of a holonomic constraint, `c(φ⁻¹(q1, q2))` of a nonholonomic one, and `Q − Σ λ α(q1)` for any multipliers.
 
 use dsocs_core::__private::Declaration as Tape;
 use dsocs_core::Leg;
@@ -34,7 +34,8 @@ fn midpoint<R: Number, const N: usize>(h: R, q0: [R; N], q1: [R; N]) -> ([R; N],
     )
 }
 
-/// Holds every declared row against the one by hand, at random triples and multipliers.
+/// Compares every declared row with the one by hand, at random triples and multipliers, to 1e-11 relative to
+/// `1/h²`.
 fn compare<S: System<N>, P: Lower<N>, const N: usize>(system: &S, by_hand: &P) {
     let states = (
         0.05..0.5,

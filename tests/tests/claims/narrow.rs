@@ -71,6 +71,8 @@ fn by_series(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool, t
     [node.q[0], node.v[0]]
 }
 
+/// 100 random scenes: an oscillator under one of 11 narrow functions of width 1e-3 to 0.3, in time or in
+/// space. Position and velocity at the end are those of DOP853 to 300 tolerances, at 1e-6, 1e-9 and 1e-12.
 #[test]
 fn what_is_narrow_is_met_whatever_the_tolerance() {
     let draws = (0..SHAPES.len(), any::<bool>(), -3.0..-0.5, 0.3..1.0, 0.0..1.0);
@@ -158,6 +160,8 @@ const HILLS: [&str; 16] = [
     "(1 - u.powi(2)).max(0.0).powf(2.5)",
 ];
 
+/// A bead turns back at each of 16 hills that are higher than its energy, and passes lower ones, for six
+/// widths from 3e-5 to 0.3 and tolerances from 1e-4 to 1e-12.
 #[test]
 fn no_hill_is_tunnelled_whatever_its_exponent() {
     for (hill, width) in HILLS

@@ -140,6 +140,8 @@ fn reference_end(force: &Expression) -> Option<[f64; 2]> {
     Some(state)
 }
 
+/// 60 random forces of nested limits, comparisons and maxima: the position and velocity of a Taylor flow are
+/// those of the Runge–Kutta reference, or the motion ends since it slides along a jump.
 #[test]
 fn pieces_within_pieces_are_those_of_their_arguments() {
     let numbers = || [0.7..3.5, -1.0..1.0];

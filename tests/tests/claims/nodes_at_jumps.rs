@@ -1,5 +1,5 @@
-//! A node that lies on a jump tells one side of it: acceleration, constraint force and multipliers obey the
-//! equations together, and the velocity of a discrete run is that with which the motion arrives.
+//! The values at a node on a jump belong to one side of it: acceleration, constraint force and multipliers
+//! obey the equations together, and the velocity of a discrete run is that with which the motion arrives.
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::{TapeKernel, Text};
@@ -45,7 +45,7 @@ fn without_constraints_there_is_no_constraint_force_at_any_switch() {
         let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};");
         for grid in [None, Some(0.01), Some(0.1), Some(0.05)] {
             for back in [1.0, -1.0] {
-                // back in time the motion stays on such a surface
+                // back in time the motion would slide along a jump in the velocity
                 if back < 0.0 && force.contains("dot(x)") {
                     continue;
                 }
@@ -92,7 +92,7 @@ struct Winch {
     length: Samples,
 }
 
-/// The same, with the velocity of the bob, so that the table is differentiated.
+/// The pendulum by the velocity of its bob, so that the table is differentiated.
 #[dsocs {
     coordinates(theta);
     let l = length.at(t);
@@ -302,7 +302,7 @@ fn sampled(run: &mut dyn Run, times: &[f64]) -> Vec<[f64; 3]> {
     points
 }
 
-/// Those of the current node.
+/// Position, velocity and acceleration at the current node.
 fn told(run: &dyn Run) -> [f64; 3] {
     let mut node = OwnedNode::new(1);
     node.take(run);
@@ -340,6 +340,8 @@ fn a_sample_at_a_node_is_the_node_also_where_a_force_jumps() {
     }
 }
 
+/// Where an input changes at a node, the node and samples up to it have the acceleration with which the
+/// motion arrives, and samples beyond it the new one, by every method.
 #[test]
 fn where_an_input_changes_a_node_and_a_sample_tell_how_the_motion_arrives() {
     let text =

@@ -37,7 +37,8 @@ fn compare(h: f64, file: &str, tolerances: &[Tolerance]) {
             );
         }
         if k > 0 {
-            // w and V stand at the central velocity: deviations of ψ weigh g J/2h and more
+            // w and V are evaluated at the central velocity: in them a deviation of ψ is multiplied by g J/2h
+            // and more
             let [_, psi] = tolerances[band].1;
             let (mine, lyapunov) = (pendulum.factor(node.q, node.v), pendulum.lyapunov(node.q, node.v));
             let sensitivity = 1e3 * psi / h;

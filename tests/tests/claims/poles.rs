@@ -23,6 +23,8 @@ fn no_ensemble_passes_a_mass_that_vanishes_wherever_the_nodes_lie() {
     }
 }
 
+/// A path that comes within 5e-5 of a pole of its curvature, with 31 steps: of the runs whose end is wrong by
+/// more than 0.02, nine in ten report an unresolved step.
 #[test]
 fn a_step_that_nearly_meets_a_pole_is_counted() {
     // the curvature a / (1 - x) turns the path where 1 - x = a/e^(2a); for a = 1/10 within 5e-5, which few

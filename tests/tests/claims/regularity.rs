@@ -34,7 +34,7 @@ fn units_are_of_no_account() {
     }
 }
 
-/// A drag as the user writes it.
+/// A drag as a user's function.
 fn drag<R: Real>(v: R) -> R {
     v * (v * v + 1.0).sqrt()
 }
@@ -49,7 +49,7 @@ fn drag<R: Real>(v: R) -> R {
 struct Opaque;
 
 declared! {
-    /// The same constraint, with the drag written out.
+    /// The constraint of `Opaque`, with the drag written out.
     struct Plain;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

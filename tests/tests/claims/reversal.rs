@@ -4,7 +4,7 @@ use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 
-/// Runs forward and back, and returns the largest distance of the first two nodes from where they were.
+/// Runs forward and back, and returns the largest distance of the first two nodes from their first positions.
 fn there_and_back<S: dsocs_core::System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> f64 {
     let mut flow = Flow::new(system, h, start).unwrap();
     let (second, leg) = (*flow.position(), flow.leg());
@@ -29,8 +29,8 @@ fn there_and_back<S: dsocs_core::System<2>>(system: &S, h: f64, start: Start<2>,
 }
 
 /// Each step leaves an error of about `ε |e|/|d|` in the length of a leg (see `energy.rs`), and the turning angle is
-/// proportional to the length. So the phase is off by a random walk summed up, `N^1.5 α ε |e|/|d|`: with 10⁵ steps and
-/// `α = |e|/|d| = 0.14` that is 1e-10.
+/// proportional to the length. So the turning angle makes a random walk, and the phase is its sum: after `N` steps it
+/// is off by `N^1.5 α ε |e|/|d|`. With 10⁵ steps and `α = |e|/|d| = 0.14` this is 1e-10.
 #[test]
 fn the_particle_returns_after_a_hundred_thousand_steps() {
     let start = Start::second_order([0.0, 0.0], [1.0, 1.0]);

@@ -1,5 +1,5 @@
-//! A constraint with two solutions in every step: both are found on request. A run follows its own or says
-//! that it cannot decide; it never changes to the other without an error.
+//! A constraint with two solutions in every step: both are found on request. A run follows its own solution,
+//! or ends with the error that it cannot decide; it never changes to the other one without an error.
 
 use dsocs_core::{Guess, RunError, Start, StepFailure, Stepper};
 use dsocs_tests::declared;
@@ -190,7 +190,7 @@ declared! {
 }
 
 /// The first step continues with the solution that the start found near the given acceleration, however far
-/// that was.
+/// from it this solution is: for guesses from -1000 to 1000 m/s² the position after 1 s is exact to 1e-9.
 #[test]
 fn what_is_near_to_a_solution_need_not_be_it() {
     let square = 12.0_f64.powi(2) - 9.81_f64.powi(2);

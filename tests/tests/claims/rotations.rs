@@ -743,7 +743,7 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
         "{error}"
     );
     let one = [0.0, 1.0, 0.0, 0.0, 0.0];
-    // a start by two nodes goes by the rotation between them, and the quaternion's sign has no meaning
+    // a start by two nodes depends on the rotation between them, and not on the signs of the quaternions
     let turned = [0.0, -(0.05_f64.cos()), 0.0, 0.0, -(0.05_f64.sin())];
     let flow = AnyFlow::new(&text.system, 0.1, &AnyStart::nodes(&one, &turned)).unwrap();
     let d = flow.leg().d.to_vec();
@@ -780,7 +780,8 @@ fn a_step_that_turns_by_half_a_turn_is_refused() {
         matches!(&error, SetupError::Turn { rotation, turn, .. } if rotation == "r" && (turn - 4.005).abs() < 1e-12),
         "{error}"
     );
-    // 0.1 (20 + t) comes to 3 at t = 10, the increment, which is a little shorter than the angle, later
+    // the angle of a step, 0.1 (20 + t), reaches 3 at t = 10; the increment, which is a little shorter,
+    // reaches it later
     let mut flow = AnyFlow::new(&text.system, 0.1, &start(20.0)).unwrap();
     let error = flow.run_mut().to(20.0).unwrap_err();
     assert!((flow.run().clock().time() - 10.0).abs() < 1.0, "{error}");

@@ -214,7 +214,8 @@ fn a_start_off_a_constraint_is_moved_onto_it_as_that_of_an_angle_is() {
         [q[0], q[1], q[2], v[0], v[1], v[2]],
         [2.0 * r[3].atan2(r[0]), r[4], r[5], w[3], w[4], w[5]],
     ];
-    // both by the same metric, by the least change: the increment of the rotation is its angle up to θ⁵/11520
+    // both projections make the least change in the same metric: the increment of the rotation is its angle
+    // up to θ⁵/11520
     for (number, rotation) in first[0].iter().zip(first[1]) {
         assert!((number - rotation).abs() < 1e-8, "{first:?}");
     }

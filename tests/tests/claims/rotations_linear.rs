@@ -265,6 +265,8 @@ fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
     }
 }
 
+/// About a state in motion the turn of a rotation is expressed in the moving frame of the body: the model
+/// agrees with differences of motions by Taylor series from turned starts, to 1e-4.
 #[test]
 fn in_motion_a_turn_is_seen_from_the_moving_body() {
     let top = read(TOP);
@@ -309,7 +311,7 @@ fn in_motion_a_turn_is_seen_from_the_moving_body() {
             })
         };
         let moving = both(&about);
-        // from the attitude that stays, half of what the body turns by
+        // relative to the fixed attitude, half of the body's turn is added
         let fixed = both(&|t, z| part(&at(z, t)));
         let axis: Vector = core::array::from_fn(|i| f64::from(u8::from(i == k)));
         let half = cross(w, axis).map(|x| x / 2.0);
@@ -490,7 +492,7 @@ const HELD: &str = "coordinates(r: rotation, x: [3]);
     external_forces = (-0.1 * w, [0, 0, 0]);
     holonomic = x - r * [0, 0, -1];";
 
-/// The same body with the inertia about that point, without its centre's coordinates.
+/// The body of `HELD` with its inertia about the held point, without the coordinates of its centre.
 const ABOUT: &str = "coordinates(r: rotation);
     let w = r.angular_velocity();
     lagrangian = 1.35 * w[0].powi(2) + 1.1 * w[1].powi(2) + 0.5 * w[2].powi(2) + 0.7 * (r * [0, 0, 1])[2];
@@ -671,6 +673,8 @@ fn a_top_hangs_in_all_directions() {
     assert!(matches!(long, EquilibriumError::Setup(_)));
 }
 
+/// Where a drag of the form |v| v has no derivative at rest, the linear model and the series are refused with
+/// an error that names the expression.
 #[test]
 fn what_has_no_derivative_at_rest_is_named() {
     let body = read(

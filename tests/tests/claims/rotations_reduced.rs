@@ -24,6 +24,8 @@ const SUSLOV: &str = "coordinates(r: rotation);
     lagrangian = w.inner([[2.0, 0.1, 0.3], [0.1, 1.5, 0.2], [0.3, 0.2, 1.0]] * w) / 2;
     nonholonomic = w[2];";
 
+/// Coordinates that no equation contains are found without the statement `reduced`; with it, a coordinate
+/// that an equation does contain is an error that names the equation.
 #[test]
 fn what_is_reduced_is_seen_and_insisted_on() {
     for (text, expected) in [
@@ -197,7 +199,8 @@ fn momenta_change_by_what_works_along_the_group() {
             }
         }
     }
-    // the constraint of Suslov's problem works along the axes of space, and the momentum equation says by how much
+    // the constraint force of Suslov's problem does work along the axes of space; the momentum equation gives its
+    // amount
     let suslov = read(SUSLOV);
     let all = legs(&suslov, &AnyStart::second_order(&q, &[0.6, -0.3, 0.0]));
     for k in 0..3 {

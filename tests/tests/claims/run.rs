@@ -1,4 +1,4 @@
-//! Runs of every method have one interface: the same verbs hand out the same results and find the same
+//! Runs of every method have one interface: the same functions return the same results and find the same
 //! events.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit

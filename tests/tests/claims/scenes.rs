@@ -1,6 +1,6 @@
 //! Random scenes: trees of bodies on rods, linkages, trains on wheels, and robots with a motor in one joint.
 //! Each is declared with arrays, whose parameters make the topology. The reference is a second formulation in
-//! double the precision, which shares no code with the attribute or the solver ([`dsocs_tests::scenes`]).
+//! twice the precision, which shares no code with the attribute or the solver ([`dsocs_tests::scenes`]).
 
 use dsocs_core::{Start, Stepper as _, System, dsocs};
 use dsocs_tests::declared;

@@ -1,6 +1,6 @@
 //! Random scenes written out as declarations, with their topology in the text. A generated crate declares
-//! them, is built and run. It is the long form of [`super::scenes`], with its kinds and maps, and with 2 to
-//! 16 bodies.
+//! them, and is built and run. The test is the long form of [`super::scenes`]: the kinds and maps are those
+//! of that file, with 2 to 16 bodies.
 
 use std::fs;
 use std::path::Path;

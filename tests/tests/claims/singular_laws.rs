@@ -255,6 +255,9 @@ fn count_runs(laws: u64) -> Counts {
     counts
 }
 
+/// Random laws of two masses with five steps, against the determinant along the closed form. At most one law
+/// in 500 passes its singularity without an error or a warning, less than a tenth of those that end give only
+/// a warning, and no regular law is refused.
 #[test]
 fn random_laws_are_not_passed_in_silence_where_they_are_singular_nor_refused_where_they_are_not() {
     let laws = short_or_long(100, 5000);
@@ -279,8 +282,8 @@ fn ends(error: &RunError) -> f64 {
     series.details().time
 }
 
-/// What became of Taylor flows at several tolerances: numbers of runs that ended at a singularity, that passed
-/// one, and that were regular.
+/// The outcomes of Taylor flows at several tolerances: numbers of runs that ended at a singularity, that
+/// passed one, and that were regular.
 fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
     let [mut ended, mut passed, mut regular] = [0; 3];
     for seed in 0..laws {
@@ -290,7 +293,7 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
         if until >= END && singular.is_some() {
             continue;
         }
-        // how near a regular motion comes to a singularity
+        // the smallest determinant along the motion, relative to the largest
         let sizes = || track.iter().map(|[_, determinant]| determinant.abs());
         let clear = sizes().fold(f64::INFINITY, f64::min) / sizes().fold(0.0, f64::max);
         for &tolerance in tolerances {
@@ -325,6 +328,8 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
     [ended, passed, regular]
 }
 
+/// The random laws by Taylor flows at several tolerances: at most one in 600 laws is passed, the end is the
+/// singularity to 1e-3 s for tolerances up to 1e-6, and no regular law is refused.
 #[test]
 fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
     let (laws, tolerances) = short_or_long(
@@ -486,7 +491,7 @@ declared! {
 }
 
 declared! {
-    /// That law for the curvature itself.
+    /// A prescribed curvature that is linear in time, the integral of the law of `Rate`.
     struct Curvature {
         gravity: f64,
         first: f64,
@@ -641,7 +646,7 @@ fn a_change_point_is_told_at_every_tolerance_and_every_step() {
 
 declared! {
     /// The cone of velocities of P. Appell and G. Hamel, whose form vanishes at rest: a mass that is thrown up comes
-    /// to rest at the top, and goes on in more than one way.
+    /// to rest at the top, from where there are several continuations.
     struct Cone {}
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - z;
@@ -677,7 +682,7 @@ fn the_top_of_a_cone_of_velocities_is_told() {
                 ended || near.is_some_and(|near| near.first < top && near.first > 0.5 * top),
                 "{x} {y} {z} {h}: {near:?}"
             );
-            // nothing is told of a fall that begins with a velocity
+            // a fall that begins with a velocity gives no warning
             let falls = Start::second_order([0.0; 3], [x, y, -z]);
             let mut flow = Flow::new(&Cone {}, h, falls).unwrap();
             flow.to(top).unwrap();

@@ -126,7 +126,7 @@ fn smooth_scenes_are_not_warned_of() {
     scenes(0..short_or_long(15, 500));
 }
 
-/// This once gave a warning: a force that grows from zero with a power of the time.
+/// A force that grows from zero with a power of the time gives no warning.
 #[test]
 fn a_force_that_grows_from_nothing_is_not_warned_of() {
     for [bend, square, cube] in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {

@@ -193,7 +193,7 @@ fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
                 assert!(message.contains(words), "{message}");
             }
         }
-        // in equilibrium it rests, whatever the law says
+        // in equilibrium it rests, although the law does not determine the acceleration
         let mut flow = Flow::new(&driven, h, Start::paper([0.0, 0.3], [0.0; 2])).unwrap();
         flow.advance().unwrap();
         assert_eq!(*flow.position(), [0.0, 0.3]);

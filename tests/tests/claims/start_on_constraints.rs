@@ -91,6 +91,8 @@ proptest! {
     }
 }
 
+/// The error of an inconsistent start lists every violated constraint and every violated time derivative,
+/// each with its index, its place and its value.
 #[test]
 fn all_that_is_violated_is_told() {
     let wires = Wires { slope: 0.5 };

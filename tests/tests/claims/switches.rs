@@ -101,6 +101,8 @@ fn comes_to_rest(run: &mut TaylorFlow<'_, 1>, until: f64) -> (f64, f64) {
     rest
 }
 
+/// A mass with dry friction that a Taylor flow once followed wrongly without an error: position at t = 2,
+/// time and place of rest are the closed form to the tolerance, from 1e-3 to 1e-14, in less than 30 steps.
 #[test]
 fn the_scene_that_went_wrong_in_silence() {
     let friction = Friction {
@@ -123,6 +125,8 @@ fn the_scene_that_went_wrong_in_silence() {
     }
 }
 
+/// 400 random masses with dry friction from random amplitudes at random tolerances: positions on the way, and
+/// the time and place of rest, are the closed form to 20 tolerances a half-swing.
 #[test]
 fn random_scenes_of_dry_friction_lose_what_they_have_to() {
     let mut random = Random::new(15);
@@ -231,6 +235,8 @@ fn nodes_on_a_grid_samples_and_events_know_of_it() {
     }
 }
 
+/// A mass that friction holds from the start rests for ever. Where the friction is a user's function, whose
+/// sign the series does not know, the run ends with the advice to smooth it, which works.
 #[test]
 fn what_sticks_from_the_beginning_rests_and_behind_a_function_says_so() {
     let friction = Friction {

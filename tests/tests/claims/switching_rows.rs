@@ -163,7 +163,7 @@ proptest! {
     }
 }
 
-/// From rest at a turn, the first steps seem even in time; the next turn is seen all the same.
+/// From rest at a turn, the first steps are even in time; the next turn is nevertheless recognised.
 #[test]
 fn a_turn_long_after_an_even_start_has_its_sign() {
     let (k, x, h) = (

@@ -28,7 +28,7 @@ impl Wall for Long {
     }
 }
 
-/// The same function by `powi`.
+/// The function of `Long`, by `powi`.
 struct Short;
 
 impl Wall for Short {
@@ -37,7 +37,7 @@ impl Wall for Short {
     }
 }
 
-/// The same function, which also computes another motion.
+/// The function of `Long`; each call also computes another motion.
 struct Busy;
 
 impl Wall for Busy {

@@ -250,6 +250,8 @@ struct Spring {
     stiffness: f64,
 }
 
+/// An event of an observed expression that calls a user's function ends the run with an error of this event;
+/// as a function of jets the event is found.
 #[test]
 fn what_an_event_cannot_see_is_told() {
     let spring = Spring { stiffness: 1.0 };

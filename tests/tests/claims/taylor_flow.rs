@@ -72,7 +72,8 @@ fn the_force_is_the_references_multiplier() {
     }
 }
 
-/// The particle over some hundred turns: its largest distance from the circle.
+/// The largest error of the particle's position and velocity over 500 s, more than a hundred turns of its
+/// circle.
 fn particle(tolerance: Tolerance) -> f64 {
     let particle = CurvedParticle::default();
     let (q0, v0) = ([0.0, 0.0], [1.0, 1.0]);
@@ -336,6 +337,8 @@ fn an_edge_of_the_equations_is_passed() {
     }
 }
 
+/// A start at rest without a direction, too many or too small steps, and wrong times and tolerances give
+/// errors with their cause; a failed run keeps its nodes and the samples before the failure.
 #[test]
 fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
     let particle = CurvedParticle::default();

@@ -195,6 +195,8 @@ fn along_the_motion_and_on_from_there() {
     assert!(motion.to(1.0).is_err());
 }
 
+/// A motion that meets a jump, a start by nodes, unknown variables and a user's function have no tangents:
+/// each error gives its reason.
 #[test]
 fn what_has_no_derivative_says_why() {
     let start = Start::second_order([1.0], [0.0]);

@@ -437,7 +437,7 @@ fn a_motion_runs_back() {
             assert!(largest(&last.q, &there.last().unwrap().q) < 1e-13);
         }
     }
-    // turned at the start it goes on beyond it, on the clothoid's other half
+    // reversed at the start, the motion continues on the clothoid's other half
     let mut flow = Flow::new(&CLOTHOID, 0.01, by_acceleration()).unwrap();
     flow.reverse().unwrap();
     let nodes = flow.until(-5.0).unwrap().nodes;
@@ -500,6 +500,8 @@ fn starts_say_what_is_missing() {
     ));
 }
 
+/// Taylor flows, compositions, ensembles, discrete maps and inputs refuse a constraint of third order, with
+/// an error that names the order.
 #[test]
 fn what_knows_no_third_order_says_so() {
     let clothoid = CLOTHOID;

@@ -124,6 +124,7 @@ fn parameters_below_the_normal_numbers_are_refused() {
     }
 }
 
+/// Positions and velocities down to subnormal numbers, and masses of 1e-100, run by all three methods.
 #[test]
 fn what_is_small_and_has_its_digits_runs() {
     // states that hardly move, one without force, and rest

@@ -1,5 +1,5 @@
-//! A system declared by vectors has the bits of the one declared by components, and moves as closed forms
-//! say.
+//! A system declared by vectors has the bits of the one declared by components, and its motions are those of
+//! closed forms.
 
 use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Start, Stepper};

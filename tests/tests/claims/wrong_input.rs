@@ -1,4 +1,4 @@
-//! Wrong input gives an error that says what is wrong, and a failed run keeps its nodes.
+//! Wrong input gives an error that names the wrong value, and a failed run keeps its nodes.
 
 use dsocs_core::{Real, RunError, SetupError, Start, StepFailure, Stepper};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum};
@@ -13,6 +13,7 @@ fn setup(h: f64, start: Start<2>) -> SetupError {
         .unwrap_err()
 }
 
+/// Steps that are zero or not finite are refused, with their value in the message.
 #[test]
 fn a_step_that_is_none() {
     for h in [0.0, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -150,8 +151,8 @@ fn a_curvature_that_is_not_a_number() {
     assert_eq!(flow.index(), 1, "the flow stays where it was");
 }
 
-/// Legs of the particle cannot turn by more than π, so a chord and a curvature that ask for nearly as much are hard, but
-/// they have a root: `sin(α/2) = K/(1 + √(1 + K²))` with `K = κ s`.
+/// Legs of the particle cannot turn by more than π, so a chord with a curvature that requires nearly as much is hard,
+/// but has a root: `sin(α/2) = K/(1 + √(1 + K²))` with `K = κ s`.
 #[test]
 fn sharp_turns_have_a_root_and_it_is_found_or_failure_is_admitted() {
     for curvature in [1.0, 10.0, 100.0, 1e4] {
@@ -196,7 +197,7 @@ declared! {
 }
 
 declared! {
-    /// That constraint, with a factor that is divided out.
+    /// The constraint of `Whole`, with a factor that is divided out.
     struct Divided;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -205,7 +206,7 @@ declared! {
     branch = divide(dot(x) - 5);
 }
 
-/// The message asks for a factor to divide out only where a constraint may have one and none is declared.
+/// The message advises to divide out a factor only where a constraint may have one and none is declared.
 #[test]
 fn advice_is_for_the_system() {
     fn text<S: System<2>>(system: &S) -> String {

@@ -182,7 +182,7 @@ fn runs(beads: &Crate) {
     }
 }
 
-/// The paper's theorems and the hard cases hold for it.
+/// The checks of the paper's theorems and the hard cases pass for it.
 fn checks(beads: &Crate) {
     let checks = beads.stdout(&[&["check"], &START[..]].concat());
     for check in ["regularity", "symplectic law", "reversibility", "order"] {

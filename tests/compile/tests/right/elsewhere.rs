@@ -1,4 +1,5 @@
-//! Names that mean something elsewhere: functions of the user's own by their paths, and the constants of the circle without an import.
+//! Names that mean something in other languages: functions of the user's own by their paths, and the constants of the circle without
+//! an import.
 
 #![allow(unused_qualifications)] // it is how a message says to write a call of a function of the user
 use dsocs_core::{Real, System, dsocs};

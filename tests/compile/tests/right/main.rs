@@ -1,4 +1,4 @@
-//! Declarations of every kind that compile, and mean what they say.
+//! Declarations of every kind: they compile, and their values are those of the expressions.
 
 // written as users write
 #![allow(missing_docs, dead_code, clippy::all, clippy::pedantic)]

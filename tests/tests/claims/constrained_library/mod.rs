@@ -61,7 +61,7 @@ fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
     apart.fold(0.0, |largest, x| if x <= largest { largest } else { x })
 }
 
-/// The order with which the discrete motion comes near to an exact position, by a fit over the errors above the plateau.
+/// The order with which the discrete motion converges to an exact position, by a fit over the errors above the plateau.
 fn order<S: System<N>, const N: usize>(
     system: &S,
     start: ([f64; N], [f64; N]),

@@ -82,7 +82,8 @@ fn the_energy_is_kept_and_yet_there_is_an_attractor() {
     println!("largest and last change of the energy, and the last leg: {runs:?}");
     is_second(fitted(&steps, |h| run(h).0));
     for (h, (largest, _, [speed, rate])) in steps.into_iter().zip(runs) {
-        // from backwards to straight ahead: the rate dies out, and what speed there was is back, with the other sign
+        // the sleigh turns from backwards to straight ahead: the rate decays, and the speed returns with the other
+        // sign
         assert!(rate.abs() < 1e-12, "{rate:e}");
         assert!((speed / end - 1.0).abs() < largest, "h = {h}: {speed} {end}");
     }

@@ -63,7 +63,8 @@ fn the_tip_is_on_the_curve_and_the_torques_are_those_of_inverse_dynamics() {
     });
 }
 
-/// The curve leaves what the arm reaches: the run ends where the arm is stretched, and says that the constraints cannot be met.
+/// The curve leaves the reach of the arm: the run ends where the arm is stretched, with the error that the constraints cannot
+/// be met.
 #[test]
 fn out_of_reach_is_told() {
     let arm = Arm {

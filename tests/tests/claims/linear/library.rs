@@ -78,7 +78,8 @@ fn models_are_derivatives_of_the_motion_and_of_the_step() {
                 .collect();
             let step = OperatingPoint::new(kernel, start(&entry)).step(h).unwrap();
             assert_eq!(step.states, model.states);
-            // the free directions of the next node may differ: its state in those of this node
+            // the free directions of the next node may differ, so its state is expressed in those of this
+            // node
             let after: Vec<Vec<f64>> = (0..2 * n)
                 .map(|i| step.basis_after.iter().map(|own| own[i]).collect())
                 .collect();

@@ -170,7 +170,7 @@ fn reported(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, near: &[f64], ste
 
 #[test]
 fn in_motion_the_step_is_the_derivative_of_the_nodes() {
-    // nothing is constant here: masses, time and forces vary, and the maps are other ones
+    // nothing is constant here: masses and forces vary, also in time, and the maps are not the paper's
     let system = read(
         "parameters { gain = 0.7, bias = 0.2 }
          coordinates(x, y);

@@ -667,7 +667,7 @@ declared! {
 }
 
 declared! {
-    /// Its law as a constraint on the acceleration, which stands at nodes.
+    /// Its law as a constraint on the acceleration, which is imposed at nodes.
     struct Law {
         stiff: f64,
         dry: f64,

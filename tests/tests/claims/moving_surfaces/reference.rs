@@ -1,6 +1,6 @@
 //! Reference motions with dry friction, from event to event: between events by the classical Runge–Kutta
-//! method of order 4 with tiny steps, to each event by bisection, and on from there in the only modes that
-//! fit. Shares no code with the project.
+//! method of order 4 with tiny steps, to each event by bisection, and from there in the only modes that are
+//! consistent. It shares no code with the project.
 
 /// Bodies and surfaces: `M(q) a = F(t, q, v) - Σ sₖ μₖ(|gₖ|) Dₖ` with the slips `gₖ = Dₖ v - wₖ(t, q)`; `sₖ`
 /// is the sign of `gₖ`, or the value that keeps it zero.
@@ -39,8 +39,9 @@ struct Piece<const N: usize> {
 pub(super) struct Motion<const N: usize> {
     pieces: Vec<Piece<N>>,
     pub(super) events: Vec<(f64, usize, Kind)>,
-    /// The least distance from another sequence of events: of slips and friction from a missed event, of
-    /// modes from others, and of an event's rate from zero.
+    /// The smallest of these distances, at each of which the sequence of events would be another one: of
+    /// slips and friction from an event that does not happen, of the modes from other ones, and of an event's
+    /// rate from zero.
     pub(super) margin: f64,
     /// Whether each contact sticks at the end.
     pub(super) sticks: Vec<bool>,
@@ -177,7 +178,8 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
         )
     }
 
-    /// The modes in which the motion goes on from a state in which some contacts have no slip; `None` if there are several or none.
+    /// The modes in which the motion continues from a state in which some contacts have no slip; `None` if there are several or
+    /// none.
     fn decide(&self, modes: &[Mode], open: &[usize], t: f64, state: &State<N>) -> Option<(Vec<Mode>, f64)> {
         let mut found: Vec<(Vec<Mode>, f64)> = Vec::new();
         for code in 0..3_usize.pow(u32::try_from(open.len()).unwrap()) {

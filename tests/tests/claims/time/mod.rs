@@ -97,7 +97,7 @@ fn is_of_order_2(name: &str, error: impl Fn(f64) -> f64) {
     assert!((order - 2.0).abs() < 0.02, "{name}: {order}");
 }
 
-/// Holds a system against a position that is known: the Taylor flow to rounding, the step to order 2.
+/// Compares a system with a known position: the Taylor flow to rounding, the step to order 2.
 fn assert_position<S: System<N>, const N: usize>(
     name: &str,
     system: &S,
