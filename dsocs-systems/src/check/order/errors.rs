@@ -67,8 +67,10 @@ pub fn errors(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Rc<Compared>>
 }
 
 /// An error that several figures have in common.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Shared(Rc<dyn Error>);
+
+dsocs_core::debug_is_message!(Shared);
 
 impl fmt::Display for Shared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
