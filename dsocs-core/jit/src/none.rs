@@ -1,5 +1,7 @@
 //! The crate's interface on machines for which no code is made.
 
+use std::cell::Cell;
+
 use crate::{Calls, JitError, Program, TooShort};
 
 /// A compiler, of which there is none on this machine.
@@ -37,7 +39,7 @@ impl Code {
     /// # Errors
     ///
     /// None: there is no code.
-    pub fn run(&self, _: &mut [f64], _: &dyn Calls) -> Result<(), TooShort> {
+    pub fn run(&self, _: &[Cell<f64>], _: &dyn Calls) -> Result<(), TooShort> {
         match *self {}
     }
 }

@@ -4,10 +4,9 @@
 #![allow(clippy::inline_always)] // parts of every step
 
 use core::cell::Cell;
-use core::ops::Range;
 
 use super::declared::{Smooth, evaluated};
-use super::interpreted::{TapeKernel, take};
+use super::interpreted::{FirstPlaces, StepPrograms, TapeKernel};
 use super::slices::SliceSystem;
 use super::smooth;
 use crate::kernel::halt::Halt;
@@ -16,44 +15,79 @@ use crate::number::point::Leg;
 use crate::solve::Numbers;
 use crate::solve::newton::Evaluation;
 use crate::solve::unknown::Linearization;
+use crate::tape::{FIXED, Place, Shape, Straight, TapeCall};
 
-/// Fewer numbers than this are copied one by one: a wide load of numbers that were just written one by one
-/// would stall the processor.
-const FEWER: usize = 4;
+/// An interpreted system with `N` coordinates and `M` unknowns, and the numbers that its programs compute in.
+struct FewUnknowns<'k, const N: usize, const M: usize> {
+    shape: &'k Shape,
+    programs: &'k StepPrograms,
+    calls: &'k [TapeCall],
+    numbers: &'k [Cell<f64>; FIXED],
+    /// Where the programs leave their results.
+    rows: [Place; M],
+    jacobian: [[Place; M]; M],
+    scales: [Place; M],
+    unknown: [Place; M],
+    difference: [Place; N],
+}
 
-/// Copies values into the numbers of a system.
-#[inline(always)]
-fn hand_over<const K: usize>(numbers: &mut [f64], places: Range<usize>, values: &[f64; K]) {
-    if K > FEWER {
-        take(numbers, &places, values);
-        return;
-    }
-    for (place, value) in places.zip(values) {
-        if let Some(number) = numbers.get_mut(place) {
-            *number = *value;
+impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
+    /// Where the numbers that change from step to step stand.
+    const FIRST: FirstPlaces = FirstPlaces::of(N, M);
+
+    fn new(kernel: &'k TapeKernel, numbers: &'k [Cell<f64>; FIXED]) -> Self {
+        let programs = kernel.programs();
+        let (rows, rest) = programs.residual.places().split_at_checked(M).unwrap_or_default();
+        let mut jacobian = [[0; M]; M];
+        for (row, places) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
+            *row = first(places);
+        }
+        Self {
+            shape: kernel.shape(),
+            programs,
+            calls: kernel.calls(),
+            numbers,
+            rows: first(rows),
+            jacobian,
+            scales: first(programs.scales.places()),
+            unknown: first(programs.unknown.places()),
+            difference: first(programs.second_difference.places()),
         }
     }
-}
 
-/// An interpreted system with `M` unknowns, and the numbers that its programs compute in.
-struct FewUnknowns<'k, const M: usize> {
-    kernel: &'k TapeKernel,
-    numbers: Cell<&'k mut [f64]>,
-    are_linear: bool,
-}
-
-impl<const M: usize> FewUnknowns<'_, M> {
-    /// Calls `work` with the kernel and the numbers.
+    /// Copies values to the places that begin at `first`.
     #[inline(always)]
-    fn compute<R>(&self, work: impl FnOnce(&TapeKernel, &mut [f64]) -> R) -> R {
-        let numbers = self.numbers.take();
-        let result = work(self.kernel, numbers);
-        self.numbers.set(numbers);
-        result
+    fn give<const K: usize>(&self, first: usize, values: &[f64; K]) {
+        for (k, value) in values.iter().enumerate() {
+            self.numbers[first + k].set(*value);
+        }
+    }
+
+    /// Evaluates a program.
+    #[inline(always)]
+    fn run(&self, program: &Straight) {
+        program.run(&self.programs.layout, self.calls, self.numbers);
+    }
+
+    /// The numbers at some places. They are read one by one: a wide load of numbers that were just written one by
+    /// one would stall the processor.
+    #[inline(always)]
+    #[allow(clippy::cast_possible_truncation)] // all places are small
+    fn read<const K: usize>(&self, places: &[Place; K]) -> [f64; K] {
+        let mut values = [0.0; K];
+        for (value, &place) in values.iter_mut().zip(places) {
+            *value = self.numbers[usize::from(place as u16)].get();
+        }
+        values
     }
 }
 
-impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, M> {
+/// The first of some places; those of NaN if there are fewer.
+fn first<const K: usize>(places: &[Place]) -> [Place; K] {
+    places.first_chunk().copied().unwrap_or([0; K])
+}
+
+impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, N, M> {
     type Unknown = [f64; M];
     type Constants = [f64];
     /// Empty: the known values of a step are among the kernel's numbers.
@@ -61,135 +95,103 @@ impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, M> {
 
     #[inline(always)]
     fn has_affine_rows(&self) -> bool {
-        self.kernel.shape().linear
+        self.shape.linear
     }
 
     #[inline(always)]
     fn may_jump(&self) -> bool {
-        self.kernel.shape().jumps
+        self.shape.jumps
     }
 
     #[inline(always)]
     fn is_divided(&self) -> bool {
-        self.kernel.shape().divided
+        self.shape.divided
     }
 
     #[inline(always)]
     fn is_scaled(&self) -> bool {
-        self.kernel.shape().scaled
+        self.shape.scaled
     }
 
     #[inline(always)]
     fn is_switching(&self) -> bool {
-        self.kernel.shape().switches
+        self.shape.switches
     }
 
     #[inline(always)]
     fn asks_for_time(&self) -> bool {
-        self.kernel.shape().depends_on_time
+        self.shape.depends_on_time
     }
 
     #[inline(always)]
     fn is_of_third_order(&self) -> bool {
-        self.kernel.shape().is_of_third_order()
+        self.shape.is_of_third_order()
     }
 
     #[inline(always)]
     fn rotations(&self) -> &[usize] {
-        &self.kernel.shape().rotations
+        &self.shape.rotations
     }
 
     #[inline(always)]
     fn is_forced(&self) -> bool {
-        self.kernel.shape().external_forces
+        self.shape.external_forces
     }
 
     #[inline(always)]
     fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut [f64]> {
-        self.compute(|kernel, numbers| {
-            kernel.take_constants(numbers, run);
-            // a guess has no multipliers
-            let multipliers = numbers.get_mut(kernel.programs().places.multipliers.clone());
-            multipliers.unwrap_or_default().fill(0.0);
-        });
         Some(run)
     }
 
     #[inline(always)]
     fn set_past(&self, constants: &mut [f64], past: &[f64; N]) {
-        self.compute(|kernel, numbers| kernel.take_past(numbers, constants, past));
+        self.give(self.programs.places.past, past);
+        // they are the last of the constants
+        if let Some(last) = constants.last_chunk_mut() {
+            *last = *past;
+        }
     }
 
     #[inline(always)]
     fn known_of(&self, _: &[f64], leg: &Leg<f64, N>) {
-        self.compute(|kernel, numbers| {
-            let programs = kernel.programs();
-            let places = &programs.places;
-            hand_over(numbers, places.clock..places.clock + 1, &[leg.t]);
-            hand_over(numbers, places.n.clone(), &leg.q);
-            hand_over(numbers, places.d.clone(), &leg.d);
-            programs.known.run(&programs.layout, kernel.calls(), numbers);
-        });
+        self.give(Self::FIRST.clock, &[leg.t]);
+        self.give(Self::FIRST.n, &leg.q);
+        self.give(Self::FIRST.d, &leg.d);
+        self.run(&self.programs.known);
     }
 
     #[inline(always)]
     fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
-        let mut linearization = self.compute(|kernel, numbers| {
-            let programs = kernel.programs();
-            hand_over(numbers, programs.places.z.clone(), z);
-            programs.residual.run(&programs.layout, kernel.calls(), numbers);
-            let (mut rows, mut jacobian) = ([f64::NAN; M], [[f64::NAN; M]; M]);
-            if M > FEWER {
-                let found = numbers.get(programs.places.rows.clone()).unwrap_or_default();
-                if let Some((first, rest)) = found.split_first_chunk() {
-                    rows = *first;
-                    for (row, found) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
-                        row.copy_from_slice(found);
-                    }
-                }
-            } else if let Some((first, rest)) = programs.residual.places().split_first_chunk() {
-                let at = |place: u32| numbers.get(place as usize).copied().unwrap_or(f64::NAN);
-                rows = first.map(at);
-                for (row, places) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
-                    for (entry, &place) in row.iter_mut().zip(places) {
-                        *entry = at(place);
-                    }
-                }
-            }
-            Linearization { rows, jacobian }
-        });
-        evaluated(&mut linearization, self.are_linear)
+        self.give(Self::FIRST.z, z);
+        self.run(&self.programs.residual);
+        let mut jacobian = [[0.0; M]; M];
+        for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
+            *row = self.read(places);
+        }
+        let rows = self.read(&self.rows);
+        let are_linear = self.shape.linear && !self.shape.jumps;
+        evaluated(&mut Linearization { rows, jacobian }, are_linear)
     }
 
     #[inline(always)]
     fn row_scales(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; M] {
-        let mut scales = [0.0; M];
-        self.compute(|kernel, numbers| {
-            hand_over(numbers, kernel.programs().places.z.clone(), z);
-            kernel.row_scales(numbers, &mut scales);
-        });
-        scales
+        self.give(Self::FIRST.z, z);
+        self.run(&self.programs.scales);
+        self.read(&self.scales)
     }
 
     #[inline(always)]
     fn unknown_of(&self, e: &[f64; N]) -> [f64; M] {
-        let mut z = [0.0; M];
-        self.compute(|kernel, numbers| {
-            let programs = kernel.programs();
-            hand_over(numbers, programs.places.e.clone(), e);
-            kernel.write(&programs.unknown, numbers, &mut z);
-        });
-        z
+        self.give(Self::FIRST.e, e);
+        self.run(&self.programs.unknown);
+        self.read(&self.unknown)
     }
 
     #[inline(always)]
     fn difference(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; N] {
-        let mut e = [0.0; N];
-        self.compute(|kernel, numbers| {
-            hand_over(numbers, kernel.programs().places.z.clone(), z);
-            kernel.difference(numbers, &mut e);
-        });
-        e
+        self.give(Self::FIRST.z, z);
+        self.run(&self.programs.second_difference);
+        self.read(&self.difference)
     }
 }
 
@@ -197,17 +199,11 @@ impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, M> {
 #[inline(never)] // one copy for each pair of sizes
 fn steps<const N: usize, const M: usize>(
     kernel: &TapeKernel,
-    numbers: &mut [f64],
+    numbers: &[Cell<f64>; FIXED],
     run_state: &mut RunState,
     count: u64,
 ) -> Halt {
-    let shape = kernel.shape();
-    let system = FewUnknowns::<M> {
-        kernel,
-        numbers: Cell::new(numbers),
-        are_linear: shape.linear && !shape.jumps,
-    };
-    smooth::steps::<_, N>(&system, run_state, count)
+    smooth::steps::<_, N>(&FewUnknowns::<N, M>::new(kernel, numbers), run_state, count)
 }
 
 /// Makes up to `count` steps of a run; `None` if no instance has the system's numbers of coordinates and
@@ -219,9 +215,14 @@ pub(super) fn smooth(
     count: u64,
 ) -> Option<Halt> {
     let shape = kernel.shape();
-    if shape.increments != shape.dimension() || kernel.sparse().is_some() {
+    let programs = kernel.programs();
+    if shape.increments != shape.dimension() || kernel.sparse().is_some() || programs.layout.len() > FIXED {
         return None;
     }
+    kernel.take_constants(numbers, &run_state.constants);
+    // a guess has no multipliers
+    numbers.get_mut(programs.places.multipliers.clone())?.fill(0.0);
+    let numbers = Cell::from_mut(numbers).as_slice_of_cells().first_chunk()?;
     macro_rules! of {
         ($($n:literal: $($m:literal),*);* $(;)?) => {
             match (shape.increments, shape.unknowns) {

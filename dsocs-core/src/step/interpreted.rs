@@ -118,8 +118,6 @@ pub(crate) struct Places {
     pub past: usize,
     pub known: Range<usize>,
     pub z: Range<usize>,
-    /// The rows of a step with few unknowns, then their Jacobian row by row.
-    pub rows: Range<usize>,
     pub multipliers: Range<usize>,
     pub n: Range<usize>,
     pub d: Range<usize>,
@@ -129,33 +127,57 @@ pub(crate) struct Places {
     pub count: usize,
 }
 
-/// Up to this many unknowns are few: their rows and Jacobian stand one after the other.
-pub(super) const FEW: usize = 8;
+/// The first places: what steps give to programs. They depend on the numbers of coordinates and unknowns alone, so
+/// code for given numbers of them knows the places.
+pub(super) struct FirstPlaces {
+    pub clock: usize,
+    pub n: usize,
+    pub d: usize,
+    pub e: usize,
+    pub z: usize,
+    /// Where the rest begins.
+    rest: usize,
+}
+
+impl FirstPlaces {
+    /// The places for `n` coordinates and `m` unknowns.
+    pub const fn of(n: usize, m: usize) -> Self {
+        let clock = 1;
+        let first = clock + 1;
+        Self {
+            clock,
+            n: first,
+            d: first + n,
+            e: first + 2 * n,
+            z: first + 3 * n,
+            rest: first + 3 * n + m,
+        }
+    }
+}
 
 impl Places {
     fn new(shape: &Shape, place_of_past: usize) -> Self {
         let (n, m) = (shape.dimension(), shape.unknowns);
-        let mut count = 1;
+        let first = FirstPlaces::of(n, m);
+        let mut count = first.rest;
         let mut next = |length: usize| {
             count += length;
             count - length..count
         };
-        let [h, clock, t] = [(); 3].map(|()| next(1).start);
         let constants = next(shape.constants);
         Self {
-            h,
-            clock,
-            t,
+            h: next(1).start,
+            clock: first.clock,
+            t: next(1).start,
             parameters: next(shape.parameters.len()),
             past: constants.start + place_of_past,
             constants,
             known: next(shape.known),
-            z: next(m),
-            rows: next(if m <= FEW { m * (m + 1) } else { 0 }),
+            z: first.z..first.z + m,
             multipliers: next(m.max(shape.forms)),
-            n: next(n),
-            d: next(n),
-            e: next(n),
+            n: first.n..first.n + n,
+            d: first.d..first.d + n,
+            e: first.e..first.e + n,
             q: next(n),
             v: next(n),
             count,
@@ -222,11 +244,10 @@ impl StepPrograms {
         });
         let places = Places::new(shape, tape.count(Segment::Constants, Part::All));
         let [of_run, of_step] = [&places.constants, &places.known].map(|range| Some(range.start));
-        let of_rows = (unknowns <= FEW).then_some(places.rows.start);
         let programs: [Reading; 9] = [
             (program(Segment::Constants, &[]), is_of_run, of_run),
             (program(Segment::Known, &both[..1]), is_of_leg, of_step),
-            (program(Segment::Residual, &both), is_of_iteration, of_rows),
+            (program(Segment::Residual, &both), is_of_iteration, None),
             (entries.unwrap_or_default(), is_of_iteration, None),
             (program(Segment::Scales, &both), is_of_iteration, None),
             (
@@ -473,11 +494,17 @@ impl TapeKernel {
         result
     }
 
-    /// Evaluates a program and writes as many results as `out` has room for.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // part of every step
-    pub(super) fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
+    /// Evaluates a program.
+    #[inline]
+    fn run(&self, program: &Straight, numbers: &mut [f64]) {
+        let numbers = Cell::from_mut(numbers).as_slice_of_cells();
         program.run(&self.programs.layout, &self.calls, numbers);
+    }
+
+    /// Evaluates a program and writes as many results as `out` has room for.
+    #[inline]
+    fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
+        self.run(program, numbers);
         for (out, result) in out.iter_mut().zip(program.results(numbers)) {
             *out = result;
         }
@@ -485,7 +512,7 @@ impl TapeKernel {
 
     /// Evaluates a program and writes its results to one slice, then to another.
     fn write_both(&self, program: &Straight, numbers: &mut [f64], first: &mut [f64], second: &mut [f64]) {
-        program.run(&self.programs.layout, &self.calls, numbers);
+        self.run(program, numbers);
         let mut results = program.results(numbers);
         for out in [first, second] {
             for (out, result) in out.iter_mut().zip(&mut results) {
@@ -529,23 +556,12 @@ thread_local! {
 }
 
 /// Copies values into the numbers; missing ones are NaN.
-#[inline(always)]
-#[allow(clippy::inline_always)] // part of every step; a few moves for arrays
-pub(super) fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
-    let count = values.len();
-    if places.len() == count {
-        let room = numbers.get_mut(places.start..places.start + count);
-        room.unwrap_or_default().copy_from_slice(values);
-    } else {
-        take_some(numbers, places, values);
-    }
-}
-
-/// [`take`] for more or fewer values than places.
-#[inline(never)]
-fn take_some(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
+#[inline]
+fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
     let room = numbers.get_mut(places.clone()).unwrap_or_default();
-    room.fill(f64::NAN);
+    if room.len() > values.len() {
+        room.fill(f64::NAN);
+    }
     copy(room, values);
 }
 
@@ -575,18 +591,14 @@ impl SliceSystem for TapeKernel {
         self.take_constants(numbers, constants);
     }
 
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // part of every step
     fn take_leg(&self, numbers: &mut [f64], leg: AnyLeg<'_, f64>) {
         let StepPrograms { places, known, .. } = &*self.programs;
         take_one(numbers, places.clock, leg.t);
         take(numbers, &places.n, leg.q);
         take(numbers, &places.d, leg.d);
-        known.run(&self.programs.layout, &self.calls, numbers);
+        self.run(known, numbers);
     }
 
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // as above
     fn take_unknowns(&self, numbers: &mut [f64], z: &[f64]) {
         take(numbers, &self.programs.places.z, z);
     }
@@ -599,14 +611,10 @@ impl SliceSystem for TapeKernel {
         self.write_both(&self.programs.entries, numbers, rows, entries);
     }
 
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // as above
     fn row_scales(&self, numbers: &mut [f64], scales: &mut [f64]) {
         self.write(&self.programs.scales, numbers, scales);
     }
 
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // as above
     fn difference(&self, numbers: &mut [f64], e: &mut [f64]) {
         self.write(&self.programs.second_difference, numbers, e);
     }
@@ -781,7 +789,7 @@ impl Kernel for TapeKernel {
             take(numbers, &places.n, leg.q);
             take(numbers, &places.d, leg.d);
             take(numbers, &places.e, e);
-            point.run(&self.programs.layout, &self.calls, numbers);
+            self.run(point, numbers);
             let mut t = [f64::NAN];
             let mut results = point.results(numbers);
             for out in [&mut *motion, &mut t, force] {

@@ -3,6 +3,7 @@
 //! The operations of a [`Straight`] program are compiled one by one, so the bits are those of its
 //! interpreter.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -79,7 +80,7 @@ impl Calls for TapeCalls<'_> {
 
 /// Runs the machine code of a program, if there is any; returns whether there was.
 #[inline]
-pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &mut [f64]) -> bool {
+pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &[Cell<f64>]) -> bool {
     code.get()
         .is_some_and(|code| code.run(numbers, &TapeCalls(calls)).is_ok())
 }

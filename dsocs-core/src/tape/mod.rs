@@ -67,7 +67,7 @@ pub use format::{Leaf, Part, Segment};
 pub(crate) use format::{SEGMENTS, VERSION};
 pub use link::Program;
 pub use shape::Shape;
-pub(crate) use straight::{FIXED, MemoryLayout, Numbers, ProgramMemory, Straight};
+pub(crate) use straight::{FIXED, MemoryLayout, Numbers, Place, ProgramMemory, Straight};
 pub use symmetry::Symmetry;
 pub use table::{CallData, TapeCall, table};
 

@@ -8,6 +8,7 @@
 //! batch, so that the kind is decoded once for all of them. Every number comes from the same operation on the
 //! same numbers as in the [`Program`], so the bits are the same.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -18,7 +19,7 @@ use super::{Leaf, TapeCall};
 use crate::number::scalar::Scalar;
 
 /// The place of a number.
-pub(super) type Place = u32;
+pub(crate) type Place = u32;
 
 /// Size of a fixed array: places below it need no bounds check.
 pub(crate) const FIXED: usize = 1 << 16;
@@ -456,31 +457,31 @@ pub(crate) trait Numbers {
     fn set(&mut self, place: Place, value: Self::Number);
 }
 
-impl Numbers for [f64; FIXED] {
+impl Numbers for &[Cell<f64>; FIXED] {
     type Number = f64;
 
     #[inline(always)]
     #[allow(clippy::inline_always, clippy::cast_possible_truncation)] // part of every operation; all places are small
     fn at(&self, place: Place) -> f64 {
-        self[usize::from(place as u16)]
+        self[usize::from(place as u16)].get()
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always, clippy::cast_possible_truncation)] // as above
     fn set(&mut self, place: Place, value: f64) {
-        self[usize::from(place as u16)] = value;
+        self[usize::from(place as u16)].set(value);
     }
 }
 
-impl Numbers for [f64] {
+impl Numbers for &[Cell<f64>] {
     type Number = f64;
 
     fn at(&self, place: Place) -> f64 {
-        self[place as usize]
+        self[place as usize].get()
     }
 
     fn set(&mut self, place: Place, value: f64) {
-        self[place as usize] = value;
+        self[place as usize].set(value);
     }
 }
 
@@ -488,7 +489,7 @@ impl Straight {
     /// Evaluates the program; [`Straight::results`] then gives the results.
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
-    pub fn run(&self, layout: &MemoryLayout, calls: &[TapeCall], numbers: &mut [f64]) {
+    pub fn run(&self, layout: &MemoryLayout, calls: &[TapeCall], numbers: &[Cell<f64>]) {
         if self.is_empty() {
             return;
         }
@@ -501,10 +502,10 @@ impl Straight {
 
     /// Evaluates the program by the interpreter.
     #[inline(never)]
-    fn walk(&self, layout: &MemoryLayout, calls: &[TapeCall], numbers: &mut [f64]) {
-        match numbers.first_chunk_mut::<FIXED>() {
-            Some(fixed) if layout.length <= FIXED => self.run_on(calls, fixed),
-            _ => self.run_on(calls, numbers),
+    fn walk(&self, layout: &MemoryLayout, calls: &[TapeCall], mut numbers: &[Cell<f64>]) {
+        match numbers.first_chunk::<FIXED>() {
+            Some(mut fixed) if layout.length <= FIXED => self.run_on(calls, &mut fixed),
+            _ => self.run_on(calls, &mut numbers),
         }
     }
 
@@ -512,7 +513,7 @@ impl Straight {
     /// machine's own instructions.
     #[inline(always)]
     #[allow(clippy::inline_always)] // compiled for the machine's own instructions
-    pub fn run_on<N: Numbers + ?Sized>(&self, calls: &[TapeCall], numbers: &mut N) {
+    pub fn run_on<N: Numbers>(&self, calls: &[TapeCall], numbers: &mut N) {
         let mut rest = &self.operations[..];
         for Batch { kind, count } in &self.batches {
             let Some((batch, later)) = rest.split_at_checked(*count as usize) else {
@@ -576,7 +577,7 @@ impl Straight {
 /// A function of one number, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each function
-fn one<N: Numbers + ?Sized>(
+fn one<N: Numbers>(
     numbers: &mut N,
     batch: &[[Place; 4]],
     function: impl Fn(N::Number) -> N::Number,
@@ -589,7 +590,7 @@ fn one<N: Numbers + ?Sized>(
 /// A function of two numbers, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each function
-fn two<N: Numbers + ?Sized>(
+fn two<N: Numbers>(
     numbers: &mut N,
     batch: &[[Place; 4]],
     function: impl Fn(N::Number, N::Number) -> N::Number,
@@ -602,7 +603,7 @@ fn two<N: Numbers + ?Sized>(
 /// A function of two numbers, and then another of its result and a third number, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each pair
-fn pair<N: Numbers + ?Sized>(
+fn pair<N: Numbers>(
     numbers: &mut N,
     batch: &[[Place; 4]],
     second: Second,
@@ -619,7 +620,7 @@ fn pair<N: Numbers + ?Sized>(
 /// A function of three numbers, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each function
-fn three<N: Numbers + ?Sized>(
+fn three<N: Numbers>(
     numbers: &mut N,
     batch: &[[Place; 4]],
     function: impl Fn(N::Number, N::Number, N::Number) -> N::Number,
@@ -632,7 +633,7 @@ fn three<N: Numbers + ?Sized>(
 /// A function that has a name, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
-fn of_function<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], name: Function) {
+fn of_function<N: Numbers>(numbers: &mut N, batch: &[[Place; 4]], name: Function) {
     match name {
         Function::Sqrt => one(numbers, batch, Scalar::sqrt),
         Function::Exp => one(numbers, batch, Scalar::exp),
@@ -652,7 +653,7 @@ fn of_function<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], name:
 /// A call, of one number or without arguments, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
-fn called<N: Numbers + ?Sized>(
+fn called<N: Numbers>(
     numbers: &mut N,
     batch: &[[Place; 4]],
     call: Option<&TapeCall>,

@@ -71,7 +71,7 @@ impl Code {
     ///
     /// [`TooShort`] if there are fewer numbers than the program has places; then nothing is written.
     #[inline]
-    pub fn run(&self, numbers: &mut [f64], calls: &dyn Calls) -> Result<(), TooShort> {
+    pub fn run(&self, numbers: &[Cell<f64>], calls: &dyn Calls) -> Result<(), TooShort> {
         if numbers.len() < self.length {
             return Err(TooShort {
                 found: numbers.len(),
@@ -88,7 +88,7 @@ impl Code {
 
     /// [`Code::run`] for pieces that store values for another.
     #[inline(never)]
-    fn run_with_homes(&self, numbers: &mut [f64], calls: &dyn Calls) {
+    fn run_with_homes(&self, numbers: &[Cell<f64>], calls: &dyn Calls) {
         // a program that runs inside a call, or while the thread ends, finds an empty workspace
         let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
         if homes.len() < self.homes {
@@ -101,13 +101,13 @@ impl Code {
     /// Runs the pieces. There has to be memory for all of their numbers and values.
     #[expect(unsafe_code, reason = "code that was made when the program ran is called")]
     #[inline]
-    fn pieces(&self, numbers: &mut [f64], homes: &mut [f64], calls: &dyn Calls) {
+    fn pieces(&self, numbers: &[Cell<f64>], homes: &mut [f64], calls: &dyn Calls) {
         debug_assert!(numbers.len() >= self.length && homes.len() >= self.homes);
         for piece in &self.pieces {
-            // SAFETY: a piece accesses places below `length` of the numbers (checked by `Program::new`) and below `homes` of the stored
-            // values (`Cut`), passes the third pointer only to `at_argument` and `without_argument`, and calls functions with the types of
-            // their operations.
-            unsafe { piece(numbers.as_mut_ptr(), homes.as_mut_ptr(), &raw const calls) };
+            // SAFETY: a piece accesses places below `length` of the numbers (checked by `Program::new`), which are cells of this thread, and
+            // below `homes` of the stored values (`Cut`), passes the third pointer only to `at_argument` and `without_argument`, and calls
+            // functions with the types of their operations.
+            unsafe { piece(numbers.as_ptr().cast_mut().cast(), homes.as_mut_ptr(), &raw const calls) };
         }
     }
 }
