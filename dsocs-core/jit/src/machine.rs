@@ -74,18 +74,19 @@ impl Compiler {
         let made = made.collect::<Result<Vec<_>, _>>()?;
         let memory = Arc::new(executable(&self.bytes).map_err(|error| failed(&error))?);
         let code = made.into_iter();
-        let code = code.map(|(begins, homes, length)| Code::new(&memory, &begins, homes, length));
+        let code = code.map(|(first, others, homes, length)| Code::new(&memory, (first, &others), homes, length));
         Ok(code.collect())
     }
 
-    /// Compiles the functions of a program. Returns the offsets of its pieces in the code, the number of values that one piece stores for
-    /// another, and the number of places.
-    fn functions(&mut self, program: &Program) -> Result<(Vec<usize>, usize, usize), JitError> {
+    /// The functions of a program: where the first piece begins, where the others do, how many values go from piece to piece, and how many numbers it is
+    /// run on.
+    fn functions(&mut self, program: &Program) -> Result<(usize, Vec<usize>, usize, usize), JitError> {
         let cut = Cut::new(program);
-        let count = program.operations.len().div_ceil(PIECE).max(1);
-        let pieces = (0..count).map(|piece| self.piece(program, &cut, piece));
-        let pieces = pieces.collect::<Result<_, _>>()?;
-        Ok((pieces, cut.count, program.length))
+        let first = self.piece(program, &cut, 0)?;
+        let count = program.operations.len().div_ceil(PIECE);
+        let others = (1..count).map(|piece| self.piece(program, &cut, piece));
+        let others = others.collect::<Result<_, _>>()?;
+        Ok((first, others, cut.count, program.length))
     }
 
     /// Compiles one piece of a program, and returns its offset in the code.

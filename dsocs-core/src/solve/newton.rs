@@ -335,7 +335,9 @@ pub(crate) struct Trial<Z> {
 }
 
 impl<Z: Components> Trial<Z> {
-    #[inline]
+    /// Inlined: it only puts an evaluation together with its point.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
     fn new<E: Quick<Z = Z> + ?Sized>(equations: &E, z: Z) -> Self {
         let Evaluation {
             rows,

@@ -17,6 +17,9 @@ use crate::solve::newton::Evaluation;
 use crate::solve::unknown::Linearization;
 use crate::tape::{FIXED, Place, Shape, Straight, TapeCall};
 
+/// Elimination of more rows than these is long: it is called, not inlined.
+const INLINED: usize = 2;
+
 /// An interpreted system with `N` coordinates and `M` unknowns, and the numbers that its programs compute in.
 struct FewUnknowns<'k, const N: usize, const M: usize> {
     shape: &'k Shape,
@@ -67,6 +70,26 @@ impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
     #[inline(always)]
     fn run(&self, program: &Straight) {
         program.run(&self.programs.layout, self.calls, self.numbers);
+    }
+
+    /// The rows and Newton's update.
+    #[inline(always)]
+    fn evaluate(&self, z: &[f64; M]) -> Evaluation<[f64; M]> {
+        self.give(Self::FIRST.z, z);
+        self.run(&self.programs.residual);
+        let mut jacobian = [[0.0; M]; M];
+        for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
+            *row = self.read(places);
+        }
+        let rows = self.read(&self.rows);
+        let are_linear = self.shape.linear && !self.shape.jumps;
+        evaluated(&mut Linearization { rows, jacobian }, are_linear)
+    }
+
+    /// [`Self::evaluate`] as a call.
+    #[inline(never)]
+    fn evaluate_apart(&self, z: &[f64; M]) -> Evaluation<[f64; M]> {
+        self.evaluate(z)
     }
 
     /// The numbers at some places. They are read one by one: a wide load of numbers that were just written one by
@@ -162,15 +185,11 @@ impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, N, M> {
 
     #[inline(always)]
     fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
-        self.give(Self::FIRST.z, z);
-        self.run(&self.programs.residual);
-        let mut jacobian = [[0.0; M]; M];
-        for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
-            *row = self.read(places);
+        if M <= INLINED {
+            self.evaluate(z)
+        } else {
+            self.evaluate_apart(z)
         }
-        let rows = self.read(&self.rows);
-        let are_linear = self.shape.linear && !self.shape.jumps;
-        evaluated(&mut Linearization { rows, jacobian }, are_linear)
     }
 
     #[inline(always)]

@@ -145,7 +145,8 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
         self.known(constants, leg)
     }
 
-    #[inline(always)]
+    // called from three places: the compiler weighs whether to inline it
+    #[inline]
     fn evaluation(
         &self,
         constants: &S::Constants<f64>,

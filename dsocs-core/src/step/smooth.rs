@@ -210,8 +210,6 @@ struct State<const N: usize> {
     q: Compensated<N>,
     /// The increment that led to it.
     d: Compensated<N>,
-    /// In third order: the second difference that ends with the last node, and the one before.
-    third: Option<(Compensated<N>, [f64; N])>,
 }
 
 /// Makes up to `count` steps of a run.
@@ -229,12 +227,11 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
         return Halt::NotSmooth(HaltReason::Start);
     };
     let (e, solved_q, solved_d) = (vectors.e, vectors.solved_q, vectors.solved_d);
-    let third = is_third.then(|| (read(&vectors.second), *vectors.before));
     let mut state = State {
         q: read(&vectors.q),
         d: read(&vectors.d),
-        third,
     };
+    let [second, second_low] = vectors.second;
     let Some(constants) = system.constants_of(&mut run_state.constants) else {
         return Halt::NotSmooth(HaltReason::Start);
     };
@@ -268,10 +265,12 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
         };
         let (found, z) = (solved.e, &solved.root.z);
         let mut next = State { ..state };
-        if let (true, Some((second, before))) = (is_third, &mut next.third) {
-            *before = second.hi;
-            second.add(&found);
-            next.d = state.d.plus(second);
+        let mut next_second = None;
+        if is_third {
+            let mut sum = read(&[&mut *second, &mut *second_low]);
+            sum.add(&found);
+            next.d = state.d.plus(&sum);
+            next_second = Some(sum);
         } else {
             next.d.add(&found);
         }
@@ -299,8 +298,10 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
         }
         solved.push(&mut past, rows.are_watched());
         state = next;
-        if let (true, Some((second, _))) = (is_third, &state.third) {
-            system.set_past(constants, &second.hi);
+        if let Some(sum) = &next_second {
+            *vectors.before = *second;
+            write([&mut *second, &mut *second_low], sum);
+            system.set_past(constants, second);
         }
         (*e, *solved_q, *solved_d) = (found, leg.q, leg.d);
         run_state.solved_at = leg.t;
@@ -315,9 +316,5 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
     };
     write(vectors.q, &state.q);
     write(vectors.d, &state.d);
-    if let (true, Some((second, before))) = (is_third, &state.third) {
-        write(vectors.second, second);
-        *vectors.before = *before;
-    }
     halt
 }

@@ -31,8 +31,10 @@ fn piece(memory: &Mmap, begin: usize) -> Piece {
 /// A program as machine code.
 #[derive(Clone)]
 pub struct Code {
-    pieces: Vec<Piece>,
-    /// The number of values that one piece stores for another.
+    first: Piece,
+    /// The other pieces, if it is cut.
+    others: Vec<Piece>,
+    /// How many values go from piece to piece.
     homes: usize,
     /// The number of places of the program.
     length: usize,
@@ -44,7 +46,7 @@ pub struct Code {
 impl fmt::Debug for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut f = f.debug_struct("Code");
-        let f = f.field("pieces", &self.pieces.len()).field("homes", &self.homes);
+        let f = f.field("pieces", &(1 + self.others.len())).field("homes", &self.homes);
         f.field("length", &self.length).finish_non_exhaustive()
     }
 }
@@ -55,10 +57,11 @@ thread_local! {
 }
 
 impl Code {
-    /// The code of a program whose pieces begin at the offsets `begins` of the memory.
-    pub(super) fn new(memory: &Arc<Mmap>, begins: &[usize], homes: usize, length: usize) -> Self {
+    /// The code of a program whose pieces begin at some places of the memory.
+    pub(super) fn new(memory: &Arc<Mmap>, (first, others): (usize, &[usize]), homes: usize, length: usize) -> Self {
         Self {
-            pieces: begins.iter().map(|&begin| piece(memory, begin)).collect(),
+            first: piece(memory, first),
+            others: others.iter().map(|&begin| piece(memory, begin)).collect(),
             homes,
             length,
             memory: Arc::clone(memory),
@@ -78,37 +81,37 @@ impl Code {
                 expected: self.length,
             });
         }
-        if self.homes == 0 {
-            self.pieces(numbers, &mut [], calls);
+        if self.others.is_empty() {
+            // nothing goes from piece to piece
+            self.call(self.first, numbers, &mut [], calls);
         } else {
-            self.run_with_homes(numbers, calls);
+            self.run_in_pieces(numbers, calls);
         }
         Ok(())
     }
 
-    /// [`Code::run`] for pieces that store values for another.
+    /// The same for a program of several pieces.
     #[inline(never)]
-    fn run_with_homes(&self, numbers: &[Cell<f64>], calls: &dyn Calls) {
-        // a program that runs inside a call, or while the thread ends, finds an empty workspace
+    fn run_in_pieces(&self, numbers: &[Cell<f64>], calls: &dyn Calls) {
+        // whoever runs a program inside finds another, empty room, and so does who runs one where the thread ends
         let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
         if homes.len() < self.homes {
             homes.resize(self.homes, 0.0);
         }
-        self.pieces(numbers, &mut homes, calls);
+        for &piece in [self.first].iter().chain(&self.others) {
+            self.call(piece, numbers, &mut homes, calls);
+        }
         let _ = HOMES.try_with(|kept| kept.set(homes));
     }
 
-    /// Runs the pieces. There has to be memory for all of their numbers and values.
+    /// Runs a piece, where there is room for all.
     #[expect(unsafe_code, reason = "code that was made when the program ran is called")]
     #[inline]
-    fn pieces(&self, numbers: &[Cell<f64>], homes: &mut [f64], calls: &dyn Calls) {
-        debug_assert!(numbers.len() >= self.length && homes.len() >= self.homes);
-        for piece in &self.pieces {
-            // SAFETY: a piece accesses places below `length` of the numbers (checked by `Program::new`), which are cells of this thread, and
-            // below `homes` of the stored values (`Cut`), passes the third pointer only to `at_argument` and `without_argument`, and calls
-            // functions with the types of their operations.
-            unsafe { piece(numbers.as_ptr().cast_mut().cast(), homes.as_mut_ptr(), &raw const calls) };
-        }
+    fn call(&self, piece: Piece, numbers: &[Cell<f64>], homes: &mut [f64], calls: &dyn Calls) {
+        debug_assert!(numbers.len() >= self.length && (homes.len() >= self.homes || self.others.is_empty()));
+        // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`), which are cells of this thread, and below `homes` of the
+        // homes (`Cut`), hands the third pointer to `at_argument` and `without_argument` alone, and calls functions of the types that the operations say.
+        unsafe { piece(numbers.as_ptr().cast_mut().cast(), homes.as_mut_ptr(), &raw const calls) };
     }
 }
 
