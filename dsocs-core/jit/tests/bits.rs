@@ -4,6 +4,9 @@
 // powers and signs are compared as they are
 #![allow(clippy::float_cmp)]
 
+use std::cell::Cell;
+use std::hint::black_box;
+
 use dsocs_jit::{Calls, Code, Compiler, NoCalls, Operand, Operation, PIECE, Program};
 
 /// Numbers at which similar operations have different results.
@@ -51,7 +54,12 @@ impl Calls for Sums {
     }
 }
 
-/// The bits of a number; the same for all NaN.
+/// Numbers on which code runs.
+fn cells(numbers: &mut [f64]) -> &[Cell<f64>] {
+    Cell::from_mut(numbers).as_slice_of_cells()
+}
+
+/// The bits of a number; all that are none are alike.
 fn bits(x: f64) -> u64 {
     if x.is_nan() { u64::MAX } else { x.to_bits() }
 }
@@ -64,7 +72,9 @@ fn by_rust(operation: &Operation, at: &dyn Fn(Operand) -> f64) -> f64 {
         Operation::Sqrt(a) => at(a).sqrt(),
         Operation::Abs(a) => at(a).abs(),
         Operation::Signum(a) => at(a).signum(),
-        Operation::Powi(a, power) => std::hint::black_box(at(a)).powi(std::hint::black_box(power)),
+        Operation::Sin(a) => black_box(at(a)).sin(),
+        Operation::Cos(a) => black_box(at(a)).cos(),
+        Operation::Powi(a, power) => black_box(at(a)).powi(black_box(power)),
         Operation::Add(a, b) => at(a) + at(b),
         Operation::Sub(a, b) => at(a) - at(b),
         Operation::Mul(a, b) => at(a) * at(b),
@@ -109,6 +119,11 @@ fn every_operation_has_the_bits_of_rust() {
         Operation::Sqrt(a),
         Operation::Abs(a),
         Operation::Signum(a),
+        // of one number and of two
+        Operation::Sin(a),
+        Operation::Cos(a),
+        Operation::Sin(b),
+        Operation::Cos(c),
         Operation::Add(a, b),
         Operation::Sub(a, b),
         Operation::Mul(a, b),
@@ -132,7 +147,7 @@ fn every_operation_has_the_bits_of_rust() {
             let mut numbers = vec![a, b, others[0], others[1]];
             let expected = results_by_rust(&operations, &numbers);
             numbers.resize(4 + operations.len(), 0.0);
-            code.run(&mut numbers, &Sums).unwrap();
+            code.run(cells(&mut numbers), &Sums).unwrap();
             for ((operation, expected), found) in operations.iter().zip(expected).zip(&numbers[4..]) {
                 let same = bits(expected) == bits(*found);
                 assert!(same, "{operation:?} at {a:?}, {b:?}: {expected:?} {found:?}");
@@ -152,8 +167,8 @@ fn sums_and_products_are_not_fused() {
     let code = code(&operations, 3, 1..3);
     let tiny = f64::EPSILON;
     let mut numbers = [1.0 + tiny, 1.0 - tiny, -1.0, 0.0, 0.0, 0.0];
-    code.run(&mut numbers, &NoCalls).unwrap();
-    // with fused products these would be the rounding errors of the products
+    code.run(cells(&mut numbers), &NoCalls).unwrap();
+    // fused, they would be what the rounding of the product has taken away
     assert_eq!(numbers[4..], [0.0, -2.0]);
 }
 
@@ -173,6 +188,10 @@ fn many(count: u32) -> Vec<Operation> {
             (_, false) => Operand::Result(next(at)),
         };
         let (a, b) = (operand(true), operand(false));
+        let angle = match (at - at % 21).checked_sub(1) {
+            Some(last) => Operand::Result(last),
+            None => Operand::Place(0),
+        };
         match at % 7 {
             0 => Operation::Function(sin, a),
             1 => Operation::Sub(a, b),
@@ -180,6 +199,9 @@ fn many(count: u32) -> Vec<Operation> {
             3 => Operation::Add(a, b),
             4 => Operation::Call(at % 2, a),
             5 => Operation::Signum(b),
+            // of one angle, at some distance
+            6 if at % 21 == 6 => Operation::Sin(angle),
+            6 if at % 21 == 13 => Operation::Cos(angle),
             _ => Operation::Mul(a, b),
         }
     });
@@ -197,7 +219,7 @@ fn a_program_of_many_pieces_has_the_bits_of_rust() {
         let expected = results_by_rust(&operations, &numbers);
         let mut numbers = numbers.to_vec();
         numbers.resize(4 + operations.len(), 0.0);
-        code.run(&mut numbers, &Sums).unwrap();
+        code.run(cells(&mut numbers), &Sums).unwrap();
         for of in wanted.clone().map(|of| of as usize) {
             assert_eq!(bits(numbers[4 + of]), bits(expected[of]), "operation {of}");
         }
@@ -210,7 +232,7 @@ fn results_may_be_numbers_that_were_there() {
     let program = Program::new(&[], &results).unwrap();
     let code = Compiler::new().unwrap().compile(&[program]).unwrap();
     let mut numbers = [5.0, 0.0, 0.0];
-    code[0].run(&mut numbers, &NoCalls).unwrap();
+    code[0].run(cells(&mut numbers), &NoCalls).unwrap();
     assert_eq!(numbers, [5.0; 3]);
 }
 
@@ -226,7 +248,7 @@ fn what_would_read_or_write_elsewhere_is_refused() {
     assert!(Program::new(&[], &[(read, 1), (read, 1)]).is_err());
     let program = Program::new(&[Operation::Neg(read)], &[(Operand::Result(0), 5)]).unwrap();
     let code = Compiler::new().unwrap().compile(&[program]).unwrap();
-    let error = code[0].run(&mut [0.0; 5], &NoCalls).unwrap_err();
+    let error = code[0].run(cells(&mut [0.0; 5]), &NoCalls).unwrap_err();
     assert_eq!([error.found, error.expected], [5, 6]);
 }
 
@@ -235,7 +257,7 @@ fn code_runs_on_several_threads() {
     let code = code(&many(3000), 4, 2900..3000);
     let run = |numbers: &mut Vec<f64>| {
         numbers.resize(3004, 0.0);
-        code.run(numbers, &Sums).unwrap();
+        code.run(cells(numbers), &Sums).unwrap();
     };
     let start = vec![0.3, -0.7, 1.1, 2.0];
     let mut one = start.clone();
@@ -278,7 +300,7 @@ fn memory_is_freed_with_the_last_code() {
     // one of two programs keeps the memory of both
     let halves: Vec<Code> = kept.into_iter().map(|mut codes| codes.swap_remove(1)).collect();
     let mut numbers = vec![0.5; 5];
-    halves[99].run(&mut numbers, &NoCalls).unwrap();
+    halves[99].run(cells(&mut numbers), &NoCalls).unwrap();
     assert_eq!(numbers[4], 1.0);
     drop(halves);
     let before = mapped();

@@ -93,7 +93,7 @@ pub(crate) trait Equations {
 
     /// The rows and Newton's update by sparse elimination; `None` if the Jacobian is dense or the update
     /// inaccurate.
-    fn sparse_update(&self, z: &[f64]) -> Option<Evaluation<Vector>> {
+    fn sparse_update(&self, z: &Vector) -> Option<Evaluation<Vector>> {
         let _ = z;
         None
     }
@@ -126,39 +126,28 @@ impl Linearized {
 
     /// The rows and the update, unchecked; for linear equations, where one update is the solution, an
     /// accurate one.
-    fn evaluation(self, are_linear: bool) -> Evaluation<Vector> {
+    fn evaluation(self, z: Vector, are_linear: bool) -> Evaluation<Vector> {
         let Self { rows, mut jacobian } = self;
         if are_linear {
             let update = jacobian.solve(&rows.map(|row| -row));
+            let safe = update.is_some();
+            let update = update.unwrap_or_else(|| rows.clone());
             return Evaluation {
-                safe: update.is_some(),
-                update: update.unwrap_or_else(|| rows.clone()),
-                rows,
+                at: Iterate { z, rows, update },
+                safe,
                 determinant: Determinant::UNKNOWN,
             };
         }
         // the sign changes last, where it becomes part of the sum with the unknowns
         let mut update = rows.clone();
         let (safe, determinant) = jacobian.solve_quick(&mut update);
+        let update = update.map(|x| -x);
         Evaluation {
-            update: update.map(|x| -x),
-            rows,
+            at: Iterate { z, rows, update },
             safe,
             determinant,
         }
     }
-}
-
-/// The rows at a point, and Newton's update from there.
-pub(crate) struct Evaluation<Z> {
-    /// The rows.
-    pub rows: Z,
-    /// The update.
-    pub update: Z,
-    /// Whether the update, if finite, is Newton's, unharmed by overflow or underflow.
-    pub safe: bool,
-    /// The determinant of the Jacobian.
-    pub determinant: Determinant,
 }
 
 /// Vectors of unknowns: arrays in smooth steps, [`Vector`] elsewhere.
@@ -192,7 +181,7 @@ pub(crate) trait Quick {
     fn past_is_short(&self) -> bool;
 
     /// The rows and Newton's update.
-    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z>;
+    fn evaluate(&self, z: Self::Z) -> Evaluation<Self::Z>;
 
     /// See [`Equations::is_declared`].
     fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool;
@@ -213,10 +202,10 @@ impl Quick for dyn Equations + '_ {
         Equations::past_is_short(self)
     }
 
-    fn evaluate(&self, z: &Vector) -> Evaluation<Vector> {
-        match self.sparse_update(z) {
+    fn evaluate(&self, z: Vector) -> Evaluation<Vector> {
+        match self.sparse_update(&z) {
             Some(evaluation) => evaluation,
-            None => self.linearize(z).evaluation(self.are_linear()),
+            None => self.linearize(&z).evaluation(z, self.are_linear()),
         }
     }
 
@@ -284,11 +273,11 @@ pub(crate) struct FailedIteration {
 #[derive(Clone)]
 pub(crate) struct Iterate<Z> {
     /// The unknowns.
-    z: Z,
+    pub z: Z,
     /// The rows.
-    rows: Z,
+    pub rows: Z,
     /// Newton's update from here; zero where the rows are.
-    update: Z,
+    pub update: Z,
 }
 
 impl<Z> Iterate<Z> {
@@ -320,38 +309,21 @@ struct Newton<'a> {
     /// Number of evaluations of the rows.
     evaluations: u32,
     /// Evaluations that were made before and are reused.
-    made: &'a [Trial<Vector>],
+    made: &'a [Evaluation<Vector>],
 }
 
 /// An evaluation of the rows whose update has not been checked yet.
 #[derive(Clone)]
-pub(crate) struct Trial<Z> {
+pub(crate) struct Evaluation<Z> {
     /// The point, with its update where the iteration may use it.
-    at: Iterate<Z>,
+    pub at: Iterate<Z>,
     /// Whether the update, if finite, is Newton's, unharmed by overflow or underflow.
-    safe: bool,
+    pub safe: bool,
     /// The determinant of the Jacobian.
-    determinant: Determinant,
+    pub determinant: Determinant,
 }
 
-impl<Z: Components> Trial<Z> {
-    /// Inlined: it only puts an evaluation together with its point.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // part of every step
-    fn new<E: Quick<Z = Z> + ?Sized>(equations: &E, z: Z) -> Self {
-        let Evaluation {
-            rows,
-            update,
-            safe,
-            determinant,
-        } = equations.evaluate(&z);
-        Self {
-            at: Iterate { z, rows, update },
-            safe,
-            determinant,
-        }
-    }
-
+impl<Z: Components> Evaluation<Z> {
     /// Whether the update is at most `tolerance` relative to the unknowns; an infinite or undefined one is not.
     #[inline]
     fn is_small(&self, size: &Z, tolerance: f64) -> bool {
@@ -395,8 +367,8 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     start: E::Z,
     size: &E::Z,
     max_iterations: u32,
-) -> Result<Root<E::Z>, [Trial<E::Z>; 3]> {
-    let first = Trial::new(equations, start);
+) -> Result<Root<E::Z>, [Evaluation<E::Z>; 3]> {
+    let first = equations.evaluate(start);
     if equations.are_linear() {
         if first.is_solution() && is_declared(equations, &first.next(), size) {
             return Ok(arrived(&first, 1));
@@ -404,7 +376,7 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &first.at.z, size) {
         return Ok(arrived(&first, 1));
     }
-    let second = Trial::new(equations, first.next());
+    let second = equations.evaluate(first.next());
     // the first point was evaluated already: as the point nearby it costs nothing
     let declared =
         |z: &E::Z, nearby: &E::Z| equations.is_declared(z, nearby) || is_declared(equations, z, size);
@@ -413,7 +385,7 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     }
     let (mut last, mut third) = (second.clone(), None);
     for evaluations in 3..=QUICK {
-        let next = Trial::new(equations, last.next());
+        let next = equations.evaluate(last.next());
         let before = core::mem::replace(&mut last, next);
         if last.settles(&before, size) && declared(&last.at.z, &before.at.z) && max_iterations >= evaluations
         {
@@ -468,7 +440,7 @@ pub(crate) fn solve(
 #[inline(never)]
 fn go_on(
     equations: &dyn Equations,
-    made: &[Trial<Vector>; 3],
+    made: &[Evaluation<Vector>; 3],
     size: &Vector,
     max_iterations: u32,
     record: &mut dyn IterationRecord,
@@ -511,7 +483,7 @@ fn go_on(
 #[inline]
 fn watched<E: Quick + ?Sized>(
     equations: &E,
-    [first, second]: [&Trial<E::Z>; 2],
+    [first, second]: [&Evaluation<E::Z>; 2],
     size: &E::Z,
     root: Root<E::Z>,
 ) -> Root<E::Z> {
@@ -562,7 +534,7 @@ fn is_declared<E: Quick + ?Sized>(equations: &E, z: &E::Z, size: &E::Z) -> bool 
 
 /// The root that an update leads to.
 #[inline]
-fn arrived<Z: Components>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
+fn arrived<Z: Components>(last: &Evaluation<Z>, evaluations: u32) -> Root<Z> {
     Root {
         z: last.next(),
         evaluations,
@@ -615,13 +587,13 @@ pub(crate) fn explain(
 impl Newton<'_> {
     /// The rows at `z` and the update from there.
     fn evaluate(&mut self, z: Vector) -> Evaluated {
-        let here = |trial: &&Trial<Vector>| trial.at.z == z && trial.is_solution();
+        let here = |trial: &&Evaluation<Vector>| trial.at.z == z && trial.is_solution();
         if let Some(trial) = self.made.iter().find(here) {
             return Ok(trial.at.clone());
         }
         self.evaluations += 1;
-        if let Some(Evaluation { rows, update, .. }) = self.equations.sparse_update(&z) {
-            return Ok(Iterate { z, rows, update });
+        if let Some(evaluation) = self.equations.sparse_update(&z) {
+            return Ok(evaluation.at);
         }
         let at = self.equations.linearize(&z);
         match at.update() {

@@ -6,7 +6,7 @@
 use core::cell::Cell;
 
 use super::declared::{Smooth, evaluated};
-use super::interpreted::{FirstPlaces, StepPrograms, TapeKernel};
+use super::interpreted::{FEWER, FirstPlaces, StepPrograms, TapeKernel};
 use super::slices::SliceSystem;
 use super::smooth;
 use crate::kernel::halt::Halt;
@@ -74,22 +74,40 @@ impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
 
     /// The rows and Newton's update.
     #[inline(always)]
-    fn evaluate(&self, z: &[f64; M]) -> Evaluation<[f64; M]> {
-        self.give(Self::FIRST.z, z);
+    fn evaluate(&self, z: [f64; M]) -> Evaluation<[f64; M]> {
+        self.give(Self::FIRST.z, &z);
         self.run(&self.programs.residual);
         let mut jacobian = [[0.0; M]; M];
-        for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
-            *row = self.read(places);
-        }
-        let rows = self.read(&self.rows);
+        let rows = if M > FEWER {
+            let first = Self::FIRST.rows;
+            for (i, row) in jacobian.iter_mut().enumerate() {
+                *row = self.taken(first + M * (1 + i));
+            }
+            self.taken(first)
+        } else {
+            for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
+                *row = self.read(places);
+            }
+            self.read(&self.rows)
+        };
         let are_linear = self.shape.linear && !self.shape.jumps;
-        evaluated(&mut Linearization { rows, jacobian }, are_linear)
+        evaluated(z, &mut Linearization { rows, jacobian }, are_linear)
     }
 
     /// [`Self::evaluate`] as a call.
     #[inline(never)]
-    fn evaluate_apart(&self, z: &[f64; M]) -> Evaluation<[f64; M]> {
+    fn evaluate_apart(&self, z: [f64; M]) -> Evaluation<[f64; M]> {
         self.evaluate(z)
+    }
+
+    /// The numbers at the places that begin at `first`.
+    #[inline(always)]
+    fn taken<const K: usize>(&self, first: usize) -> [f64; K] {
+        let mut values = [0.0; K];
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = self.numbers[first + k].get();
+        }
+        values
     }
 
     /// The numbers at some places. They are read one by one: a wide load of numbers that were just written one by
@@ -184,7 +202,7 @@ impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, N, M> {
     }
 
     #[inline(always)]
-    fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
+    fn evaluation(&self, _: &[f64], (): &(), z: [f64; M]) -> Evaluation<[f64; M]> {
         if M <= INLINED {
             self.evaluate(z)
         } else {

@@ -6,7 +6,7 @@ use crate::number::array::Array;
 use crate::number::point::Leg;
 use crate::solve::Numbers;
 use crate::solve::elimination::Determinant;
-use crate::solve::newton::Evaluation;
+use crate::solve::newton::{Evaluation, Iterate};
 use crate::solve::sparse::{Product, Update};
 use crate::solve::unknown::{Linearization, Unknown};
 use crate::system::System;
@@ -61,7 +61,7 @@ pub(crate) trait Smooth<const N: usize> {
         &self,
         constants: &Self::Constants,
         known: &Self::Known,
-        z: &Self::Unknown,
+        z: Self::Unknown,
     ) -> Evaluation<Self::Unknown>;
 
     /// The factor of each row: the row over the declared one.
@@ -145,19 +145,18 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
         self.known(constants, leg)
     }
 
-    // called from three places: the compiler weighs whether to inline it
     #[inline]
     fn evaluation(
         &self,
         constants: &S::Constants<f64>,
         known: &S::Known<f64>,
-        z: &S::Unknown<f64>,
+        z: S::Unknown<f64>,
     ) -> Evaluation<S::Unknown<f64>> {
         if const { S::SPARSE } {
             return sparse_evaluation(self, constants, known, z);
         }
         // in place: a copy of the matrix of a large system would take much of the stack
-        evaluated(&mut self.linearize(constants, known, z), S::LINEAR && !S::JUMPS)
+        evaluated(z, &mut self.linearize(constants, known, &z), S::LINEAR && !S::JUMPS)
     }
 
     #[inline(always)]
@@ -189,6 +188,7 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
 /// The rows and Newton's update by dense elimination. The Jacobian is destroyed.
 #[inline(always)]
 pub(crate) fn evaluated<U: Unknown<f64>>(
+    z: U,
     linearization: &mut Linearization<f64, U>,
     are_linear: bool,
 ) -> Evaluation<U> {
@@ -201,8 +201,7 @@ pub(crate) fn evaluated<U: Unknown<f64>>(
         linearization.quick_update()
     };
     Evaluation {
-        rows,
-        update,
+        at: Iterate { z, rows, update },
         safe,
         determinant,
     }
@@ -214,25 +213,24 @@ fn sparse_evaluation<S: System<N>, const N: usize>(
     system: &S,
     constants: &S::Constants<f64>,
     known: &S::Known<f64>,
-    z: &S::Unknown<f64>,
+    z: S::Unknown<f64>,
 ) -> Evaluation<S::Unknown<f64>> {
     let Some(sparse) = system.sparse() else {
+        let (rows, update) = (z, z);
         return Evaluation {
-            rows: *z,
-            update: *z,
+            at: Iterate { z, rows, update },
             safe: false,
             determinant: Determinant::UNKNOWN,
         };
     };
     let mut product = Product::new(sparse.is_odd());
     let Update { rows, update } = sparse.update(
-        |entries| system.entries(constants, known, z, entries),
+        |entries| system.entries(constants, known, &z, entries),
         |pivot| product.take(pivot),
     );
     Evaluation {
         safe: update.as_ref().iter().all(|x| x.is_finite()),
-        rows,
-        update,
+        at: Iterate { z, rows, update },
         determinant: product.value(),
     }
 }

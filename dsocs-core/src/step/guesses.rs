@@ -147,17 +147,18 @@ impl Step<'_> {
         if !(self.are_affine() && self.may_jump()) {
             return None;
         }
-        let at = newton::Quick::evaluate(
+        let evaluation = newton::Quick::evaluate(
             self as &dyn newton::Equations,
-            &Vector::zero(self.shape().unknowns),
+            Vector::zero(self.shape().unknowns),
         );
-        (at.safe && at.update.is_finite()).then_some(Root {
-            z: at.update,
+        let update = evaluation.at.update;
+        (evaluation.safe && update.is_finite()).then_some(Root {
+            z: update,
             evaluations: evaluations + 1,
             stop: Stop::Jump,
             bend: 0.0,
             close: false,
-            determinant: at.determinant,
+            determinant: evaluation.determinant,
         })
     }
 

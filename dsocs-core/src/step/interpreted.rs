@@ -135,9 +135,18 @@ pub(super) struct FirstPlaces {
     pub d: usize,
     pub e: usize,
     pub z: usize,
+    /// Of more than [`FEWER`] unknowns: the rows, then their Jacobian row by row.
+    pub rows: usize,
     /// Where the rest begins.
     rest: usize,
 }
+
+/// The rows of more unknowns than these, and their Jacobian, stand one after the other. Fewer are left where they are computed, and read one by one: a
+/// wide load of numbers that were just written one by one would stall the processor.
+pub(super) const FEWER: usize = 4;
+
+/// Up to this many unknowns have a place for their Jacobian among the first.
+const FEW: usize = 8;
 
 impl FirstPlaces {
     /// The places for `n` coordinates and `m` unknowns.
@@ -150,7 +159,8 @@ impl FirstPlaces {
             d: first + n,
             e: first + 2 * n,
             z: first + 3 * n,
-            rest: first + 3 * n + m,
+            rows: first + 3 * n + m,
+            rest: first + 3 * n + m + if m <= FEW { m * (m + 1) } else { 0 },
         }
     }
 }
@@ -244,10 +254,12 @@ impl StepPrograms {
         });
         let places = Places::new(shape, tape.count(Segment::Constants, Part::All));
         let [of_run, of_step] = [&places.constants, &places.known].map(|range| Some(range.start));
+        let first = FirstPlaces::of(shape.dimension(), unknowns);
+        let of_rows = (FEWER + 1..=FEW).contains(&unknowns).then_some(first.rows);
         let programs: [Reading; 9] = [
             (program(Segment::Constants, &[]), is_of_run, of_run),
             (program(Segment::Known, &both[..1]), is_of_leg, of_step),
-            (program(Segment::Residual, &both), is_of_iteration, None),
+            (program(Segment::Residual, &both), is_of_iteration, of_rows),
             (entries.unwrap_or_default(), is_of_iteration, None),
             (program(Segment::Scales, &both), is_of_iteration, None),
             (

@@ -26,7 +26,7 @@ use crate::kernel::{At, Kernel};
 use crate::number::point::AnyLeg;
 use crate::regularity::multipliers;
 use crate::solve::failure::NewtonFailure;
-use crate::solve::newton::{self, Equations, Evaluation, Linearized, Stop};
+use crate::solve::newton::{self, Equations, Evaluation, Iterate, Linearized, Stop};
 pub(crate) use crate::solve::predictor::PAST;
 use crate::solve::predictor::Predictor;
 use crate::solve::sparse::{Product, Update};
@@ -95,7 +95,7 @@ impl Equations for Step<'_> {
         Linearized { rows, jacobian }
     }
 
-    fn sparse_update(&self, z: &[f64]) -> Option<Evaluation<Vector>> {
+    fn sparse_update(&self, z: &Vector) -> Option<Evaluation<Vector>> {
         let sparse = self.kernel.sparse()?;
         let mut product = Product::new(sparse.is_odd());
         let evaluate = |entries: &mut [f64]| {
@@ -105,8 +105,11 @@ impl Equations for Step<'_> {
         };
         let Update { rows, update } = sparse.update(evaluate, |pivot| product.take(pivot));
         update.is_finite().then(|| Evaluation {
-            rows,
-            update,
+            at: Iterate {
+                z: z.clone(),
+                rows,
+                update,
+            },
             safe: true,
             determinant: product.value(),
         })

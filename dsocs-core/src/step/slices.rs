@@ -15,7 +15,7 @@ use crate::number::compensated::{add_all, plus_all};
 use crate::number::point::AnyLeg;
 use crate::solve::elimination::slices;
 use crate::solve::is_finite;
-use crate::solve::newton::{self, Components, Evaluation, Quick, Root};
+use crate::solve::newton::{self, Components, Evaluation, Iterate, Quick, Root};
 use crate::solve::predictor::{Continuation, Predictor, continues, foresees};
 use crate::solve::rotation;
 use crate::solve::sparse::{Product, Sparse, Update};
@@ -182,7 +182,7 @@ impl<K: SliceSystem, Z: Unknowns> Rows<'_, K, Z> {
     }
 
     /// The rows, the update and the determinant by dense elimination.
-    fn evaluate_dense(&self, numbers: &mut [f64], z: &Z) -> Evaluation<Z> {
+    fn evaluate_dense(&self, numbers: &mut [f64], z: Z) -> Evaluation<Z> {
         let matrix = self.matrix.take();
         let size = self.shape.unknowns;
         let (jacobian, room) = matrix.split_at_mut(size * size);
@@ -206,8 +206,7 @@ impl<K: SliceSystem, Z: Unknowns> Rows<'_, K, Z> {
         };
         self.matrix.set(matrix);
         Evaluation {
-            rows,
-            update,
+            at: Iterate { z, rows, update },
             safe,
             determinant,
         }
@@ -247,7 +246,7 @@ impl<K: SliceSystem, Z: Unknowns> Quick for Rows<'_, K, Z> {
         self.past_is_short
     }
 
-    fn evaluate(&self, z: &Z) -> Evaluation<Z> {
+    fn evaluate(&self, z: Z) -> Evaluation<Z> {
         let numbers = self.numbers.take();
         self.system.take_unknowns(numbers, z.as_ref());
         let evaluation = if let Some(sparse) = self.system.sparse() {
@@ -260,8 +259,7 @@ impl<K: SliceSystem, Z: Unknowns> Quick for Rows<'_, K, Z> {
             let Update { rows, update } = sparse.update(evaluate, |pivot| product.take(pivot));
             Evaluation {
                 safe: is_finite(update.as_ref()),
-                rows,
-                update,
+                at: Iterate { z, rows, update },
                 determinant: product.value(),
             }
         } else {

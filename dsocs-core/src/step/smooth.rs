@@ -60,7 +60,7 @@ impl<S: Smooth<N>, const N: usize> Quick for Rows<'_, S, N> {
     }
 
     #[inline(always)]
-    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z> {
+    fn evaluate(&self, z: Self::Z) -> Evaluation<Self::Z> {
         self.system.evaluation(self.constants, &self.known, z)
     }
 

@@ -191,6 +191,8 @@ macro_rules! functions {
                 Function::Sqrt => Operation::Sqrt(a),
                 Function::Abs => Operation::Abs(a),
                 Function::Signum => Operation::Signum(a),
+                Function::Sin => Operation::Sin(a),
+                Function::Cos => Operation::Cos(a),
                 $(Function::$name => Operation::Function($function, a),)*
             }
         }
@@ -203,8 +205,6 @@ functions!(
     ExpM1: exp_m1,
     Ln: ln,
     Ln1p: ln_1p,
-    Sin: sin,
-    Cos: cos,
     Tan: tan,
     Asin: asin,
     Acos: acos,

@@ -1,10 +1,12 @@
 //! Translation of operations to Cranelift's instructions.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ffi::c_void;
 
 use cranelift_codegen::ir::condcodes::FloatCC;
-use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlags, SigRef, Signature, Type, Value, types};
+use cranelift_codegen::ir::{
+    AbiParam, InstBuilder, MemFlags, SigRef, Signature, StackSlotData, StackSlotKind, Type, Value, types,
+};
 use cranelift_codegen::isa::CallConv;
 use cranelift_frontend::FunctionBuilder;
 
@@ -74,6 +76,25 @@ pub(super) struct Writer<'a> {
     values: Vec<Value>,
     /// The signatures of called functions, by the types of their parameters.
     signatures: HashMap<Vec<Type>, SigRef>,
+    /// The angles of which the piece asks for both the sine and the cosine: one call computes both.
+    turned: HashSet<Operand>,
+    /// The sine or, if `true`, the cosine of an angle, where a call for the other has computed it.
+    other: HashMap<(Operand, bool), Value>,
+}
+
+extern "C" fn sine(angle: f64) -> f64 {
+    angle.sin()
+}
+
+extern "C" fn cosine(angle: f64) -> f64 {
+    angle.cos()
+}
+
+/// The sine; and the cosine, by the same call of the C library if it has one for both.
+extern "C" fn sine_and_cosine(angle: f64, cosine: &mut f64) -> f64 {
+    let (sine, other) = angle.sin_cos();
+    *cosine = other;
+    sine
 }
 
 impl<'a> Writer<'a> {
@@ -101,6 +122,8 @@ impl<'a> Writer<'a> {
             calls,
             values: Vec::new(),
             signatures: HashMap::new(),
+            turned: HashSet::new(),
+            other: HashMap::new(),
         }
     }
 
@@ -109,7 +132,17 @@ impl<'a> Writer<'a> {
         let program = self.program;
         let end = (self.begin + PIECE).min(program.operations.len());
         let operations = &program.operations[self.begin..end];
-        // the places to which the result of each operation is written
+        let sines = operations.iter().filter_map(|operation| match operation {
+            Operation::Sin(a) => Some(*a),
+            _ => None,
+        });
+        let sines: HashSet<Operand> = sines.collect();
+        let cosines = operations.iter().filter_map(|operation| match operation {
+            Operation::Cos(a) => Some(*a),
+            _ => None,
+        });
+        self.turned = cosines.filter(|a| sines.contains(a)).collect();
+        // where the results of each operation go
         let mut written: Vec<Vec<u32>> = vec![Vec::new(); operations.len()];
         for &(from, to) in &program.results {
             match from {
@@ -202,6 +235,8 @@ impl<'a> Writer<'a> {
                 let is_nan = self.builder.ins().fcmp(FloatCC::Unordered, a, a);
                 self.builder.ins().select(is_nan, a, sign)
             }
+            Operation::Sin(a) => self.turn(a, false),
+            Operation::Cos(a) => self.turn(a, true),
             Operation::Powi(a, power) => {
                 let a = self.value(a);
                 self.power(a, power)
@@ -245,7 +280,27 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The choice between two numbers; the last one if a compared number is NaN.
+    /// The sine or the cosine of an angle.
+    fn turn(&mut self, a: Operand, is_cosine: bool) -> Value {
+        if let Some(value) = self.other.remove(&(a, is_cosine)) {
+            return value;
+        }
+        let angle = self.value(a);
+        if !self.turned.contains(&a) {
+            let function: extern "C" fn(f64) -> f64 = if is_cosine { cosine } else { sine };
+            return self.call(function as *const c_void, &[angle]);
+        }
+        let slot = StackSlotData::new(StackSlotKind::ExplicitSlot, 8, 3);
+        let slot = self.builder.create_sized_stack_slot(slot);
+        let room = self.builder.ins().stack_addr(self.pointer, slot, 0);
+        let sine = self.call(sine_and_cosine as *const c_void, &[angle, room]);
+        let cosine = self.builder.ins().stack_load(types::F64, slot, 0);
+        let [own, other] = if is_cosine { [cosine, sine] } else { [sine, cosine] };
+        self.other.insert((a, !is_cosine), other);
+        own
+    }
+
+    /// A choice between two numbers. Where one that is compared is NaN, the last one is chosen.
     fn select(&mut self, comparison: FloatCC, parts: [Operand; 4]) -> Value {
         let [a, b, c, d] = parts.map(|part| self.value(part));
         let holds = self.builder.ins().fcmp(comparison, a, b);

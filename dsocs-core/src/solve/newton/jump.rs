@@ -7,7 +7,7 @@
 //! two sides solves them.
 
 use super::{
-    Equations, FailedIteration, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product,
+    Equations, Evaluation, FailedIteration, Iterate, Quick, Root, Stop, arrived, is_declared, relative, scalar_product,
 };
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
@@ -36,7 +36,7 @@ const PIECES: u32 = 12;
 #[cold]
 pub(super) fn between_pieces(
     equations: &dyn Equations,
-    [second, third]: [&Trial<Vector>; 2],
+    [second, third]: [&Evaluation<Vector>; 2],
     size: &Vector,
 ) -> Result<Root<Vector>, FailedIteration> {
     let (mut before, mut now) = (second.clone(), third.clone());
@@ -53,7 +53,7 @@ pub(super) fn between_pieces(
                 evaluations,
             });
         }
-        let next = Trial::new(equations, now.next());
+        let next = equations.evaluate(now.next());
         (before, now) = (now, next);
         evaluations += 1;
         if now.settles(&before, size) && is_declared(equations, &now.at.z, size) {
@@ -138,10 +138,10 @@ fn narrow(
     way: &Vector,
     units: &Vector,
     evaluations: &mut u32,
-) -> Option<[Trial<Vector>; 2]> {
+) -> Option<[Evaluation<Vector>; 2]> {
     let mut trial = |part: f64| {
         *evaluations += 1;
-        let trial = Trial::new(equations, from.zip(way, |from, way| from + part * way));
+        let trial = equations.evaluate(from.zip(way, |from, way| from + part * way));
         trial
             .is_solution()
             .then(|| (along(&trial.at.update, way, units) > 0.0, trial))

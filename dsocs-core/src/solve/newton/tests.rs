@@ -157,7 +157,7 @@ fn noise_is_told_from_failure() {
 /// An update is the last only after a valid Newton update.
 #[test]
 fn nothing_settles_after_an_update_that_is_none() {
-    let trial = |update: f64, safe: bool| Trial {
+    let trial = |update: f64, safe: bool| Evaluation {
         at: Iterate {
             z: [1.0],
             rows: [update],
