@@ -18,7 +18,7 @@
 //! let program = Program::new(&operations, &[(Operand::Result(1), 2)])?;
 //! if let Ok(code) = Compiler::new().and_then(|compiler| compiler.compile(&[program])) {
 //!     let numbers = [0.5, 1.0, 0.0].map(Cell::new);
-//!     code[0].run(&numbers, &NoCalls)?;
+//!     code[0].on(&numbers, &NoCalls)?.run();
 //!     assert_eq!(numbers[2].get(), 0.5_f64.sin() + 1.0);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -48,7 +48,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-pub use machine::{Code, Compiler};
+pub use machine::{Code, Compiler, Ready};
 
 /// The largest number of operations in a function of machine code. The time to compile a function grows faster than its length: the programs
 /// of a chain of 32 links take 77 to 94 ms in pieces of 500 or 1000 operations, 113 to 132 ms in pieces of 2000, and 185 to 260 ms in one.

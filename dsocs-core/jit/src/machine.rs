@@ -14,8 +14,8 @@ use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 
 use crate::{JitError, PIECE, Program};
-pub use code::Code;
 use code::executable;
+pub use code::{Code, Ready};
 use writer::{Cut, Writer};
 
 /// Functions begin at multiples of this number of bytes.
@@ -74,7 +74,8 @@ impl Compiler {
         let made = made.collect::<Result<Vec<_>, _>>()?;
         let memory = Arc::new(executable(&self.bytes).map_err(|error| failed(&error))?);
         let code = made.into_iter();
-        let code = code.map(|(first, others, homes, length)| Code::new(&memory, (first, &others), homes, length));
+        let code =
+            code.map(|(first, others, homes, length)| Code::new(&memory, (first, &others), homes, length));
         Ok(code.collect())
     }
 

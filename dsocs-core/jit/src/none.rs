@@ -34,12 +34,23 @@ impl Compiler {
 pub enum Code {}
 
 impl Code {
-    /// Runs the program.
+    /// The program with the numbers that it is run on.
     ///
     /// # Errors
     ///
     /// None: there is no code.
-    pub fn run(&self, _: &[Cell<f64>], _: &dyn Calls) -> Result<(), TooShort> {
+    pub fn on<'r>(&'r self, _: &'r [Cell<f64>], _: &'r dyn Calls) -> Result<Ready<'r>, TooShort> {
         match *self {}
+    }
+}
+
+/// A program that is ready to run, of which there is none on this machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Ready<'r>(&'r Code);
+
+impl Ready<'_> {
+    /// Runs the program.
+    pub fn run(&self) {
+        match *self.0 {}
     }
 }

@@ -147,7 +147,7 @@ fn every_operation_has_the_bits_of_rust() {
             let mut numbers = vec![a, b, others[0], others[1]];
             let expected = results_by_rust(&operations, &numbers);
             numbers.resize(4 + operations.len(), 0.0);
-            code.run(cells(&mut numbers), &Sums).unwrap();
+            code.on(cells(&mut numbers), &Sums).unwrap().run();
             for ((operation, expected), found) in operations.iter().zip(expected).zip(&numbers[4..]) {
                 let same = bits(expected) == bits(*found);
                 assert!(same, "{operation:?} at {a:?}, {b:?}: {expected:?} {found:?}");
@@ -167,7 +167,7 @@ fn sums_and_products_are_not_fused() {
     let code = code(&operations, 3, 1..3);
     let tiny = f64::EPSILON;
     let mut numbers = [1.0 + tiny, 1.0 - tiny, -1.0, 0.0, 0.0, 0.0];
-    code.run(cells(&mut numbers), &NoCalls).unwrap();
+    code.on(cells(&mut numbers), &NoCalls).unwrap().run();
     // fused, they would be what the rounding of the product has taken away
     assert_eq!(numbers[4..], [0.0, -2.0]);
 }
@@ -219,7 +219,7 @@ fn a_program_of_many_pieces_has_the_bits_of_rust() {
         let expected = results_by_rust(&operations, &numbers);
         let mut numbers = numbers.to_vec();
         numbers.resize(4 + operations.len(), 0.0);
-        code.run(cells(&mut numbers), &Sums).unwrap();
+        code.on(cells(&mut numbers), &Sums).unwrap().run();
         for of in wanted.clone().map(|of| of as usize) {
             assert_eq!(bits(numbers[4 + of]), bits(expected[of]), "operation {of}");
         }
@@ -232,7 +232,7 @@ fn results_may_be_numbers_that_were_there() {
     let program = Program::new(&[], &results).unwrap();
     let code = Compiler::new().unwrap().compile(&[program]).unwrap();
     let mut numbers = [5.0, 0.0, 0.0];
-    code[0].run(cells(&mut numbers), &NoCalls).unwrap();
+    code[0].on(cells(&mut numbers), &NoCalls).unwrap().run();
     assert_eq!(numbers, [5.0; 3]);
 }
 
@@ -248,7 +248,7 @@ fn what_would_read_or_write_elsewhere_is_refused() {
     assert!(Program::new(&[], &[(read, 1), (read, 1)]).is_err());
     let program = Program::new(&[Operation::Neg(read)], &[(Operand::Result(0), 5)]).unwrap();
     let code = Compiler::new().unwrap().compile(&[program]).unwrap();
-    let error = code[0].run(cells(&mut [0.0; 5]), &NoCalls).unwrap_err();
+    let error = code[0].on(cells(&mut [0.0; 5]), &NoCalls).unwrap_err();
     assert_eq!([error.found, error.expected], [5, 6]);
 }
 
@@ -257,7 +257,7 @@ fn code_runs_on_several_threads() {
     let code = code(&many(3000), 4, 2900..3000);
     let run = |numbers: &mut Vec<f64>| {
         numbers.resize(3004, 0.0);
-        code.run(cells(numbers), &Sums).unwrap();
+        code.on(cells(numbers), &Sums).unwrap().run();
     };
     let start = vec![0.3, -0.7, 1.1, 2.0];
     let mut one = start.clone();
@@ -300,7 +300,7 @@ fn memory_is_freed_with_the_last_code() {
     // one of two programs keeps the memory of both
     let halves: Vec<Code> = kept.into_iter().map(|mut codes| codes.swap_remove(1)).collect();
     let mut numbers = vec![0.5; 5];
-    halves[99].run(cells(&mut numbers), &NoCalls).unwrap();
+    halves[99].on(cells(&mut numbers), &NoCalls).unwrap().run();
     assert_eq!(numbers[4], 1.0);
     drop(halves);
     let before = mapped();

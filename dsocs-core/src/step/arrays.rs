@@ -6,7 +6,7 @@
 use core::cell::Cell;
 
 use super::declared::{Smooth, evaluated};
-use super::interpreted::{FEWER, FirstPlaces, StepPrograms, TapeKernel};
+use super::interpreted::{FEWER, FirstPlaces, TapeKernel};
 use super::slices::SliceSystem;
 use super::smooth;
 use crate::kernel::halt::Halt;
@@ -15,23 +15,44 @@ use crate::number::point::Leg;
 use crate::solve::Numbers;
 use crate::solve::newton::Evaluation;
 use crate::solve::unknown::Linearization;
-use crate::tape::{FIXED, Place, Shape, Straight, TapeCall};
+use crate::tape::{FIXED, Place, Ready, Shape, Straight};
 
-/// Elimination of more rows than these is long: it is called, not inlined.
-const INLINED: usize = 2;
+/// A program, and where it leaves its results.
+struct Computed<'k, const K: usize> {
+    program: Ready<'k>,
+    results: [Place; K],
+}
+
+impl<'k, const K: usize> Computed<'k, K> {
+    fn new(kernel: &'k TapeKernel, program: &'k Straight, numbers: &'k [Cell<f64>]) -> Self {
+        Self {
+            program: kernel.on(program, numbers),
+            results: first(program.places()),
+        }
+    }
+}
 
 /// An interpreted system with `N` coordinates and `M` unknowns, and the numbers that its programs compute in.
 struct FewUnknowns<'k, const N: usize, const M: usize> {
     shape: &'k Shape,
-    programs: &'k StepPrograms,
-    calls: &'k [TapeCall],
+    /// The place of the last second difference.
+    past: usize,
     numbers: &'k [Cell<f64>; FIXED],
-    /// Where the programs leave their results.
-    rows: [Place; M],
+    known: Ready<'k>,
+    rows: Computed<'k, M>,
+    /// Where the program of the rows leaves their Jacobian.
     jacobian: [[Place; M]; M],
-    scales: [Place; M],
-    unknown: [Place; M],
-    difference: [Place; N],
+    scales: Computed<'k, M>,
+    unknown: Computed<'k, M>,
+    difference: Computed<'k, N>,
+    /// Whether the unknowns begin with the second difference. It need not pass through the numbers then: the next
+    /// step would wait for it.
+    begin_with_e: bool,
+}
+
+/// The first of some places; those of NaN if there are fewer.
+fn first<const K: usize>(places: &[Place]) -> [Place; K] {
+    places.first_chunk().copied().unwrap_or([0; K])
 }
 
 impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
@@ -40,21 +61,26 @@ impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
 
     fn new(kernel: &'k TapeKernel, numbers: &'k [Cell<f64>; FIXED]) -> Self {
         let programs = kernel.programs();
-        let (rows, rest) = programs.residual.places().split_at_checked(M).unwrap_or_default();
+        let (_, rest) = programs.residual.places().split_at_checked(M).unwrap_or_default();
         let mut jacobian = [[0; M]; M];
         for (row, places) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
             *row = first(places);
         }
+        let (e, z) = (
+            programs.second_difference.places().iter(),
+            Self::FIRST.z..Self::FIRST.z + N,
+        );
         Self {
             shape: kernel.shape(),
-            programs,
-            calls: kernel.calls(),
+            past: programs.places.past,
             numbers,
-            rows: first(rows),
+            known: kernel.on(&programs.known, numbers),
+            rows: Computed::new(kernel, &programs.residual, numbers),
             jacobian,
-            scales: first(programs.scales.places()),
-            unknown: first(programs.unknown.places()),
-            difference: first(programs.second_difference.places()),
+            scales: Computed::new(kernel, &programs.scales, numbers),
+            unknown: Computed::new(kernel, &programs.unknown, numbers),
+            difference: Computed::new(kernel, &programs.second_difference, numbers),
+            begin_with_e: e.map(|&place| place as usize).eq(z),
         }
     }
 
@@ -66,40 +92,6 @@ impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
         }
     }
 
-    /// Evaluates a program.
-    #[inline(always)]
-    fn run(&self, program: &Straight) {
-        program.run(&self.programs.layout, self.calls, self.numbers);
-    }
-
-    /// The rows and Newton's update.
-    #[inline(always)]
-    fn evaluate(&self, z: [f64; M]) -> Evaluation<[f64; M]> {
-        self.give(Self::FIRST.z, &z);
-        self.run(&self.programs.residual);
-        let mut jacobian = [[0.0; M]; M];
-        let rows = if M > FEWER {
-            let first = Self::FIRST.rows;
-            for (i, row) in jacobian.iter_mut().enumerate() {
-                *row = self.taken(first + M * (1 + i));
-            }
-            self.taken(first)
-        } else {
-            for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
-                *row = self.read(places);
-            }
-            self.read(&self.rows)
-        };
-        let are_linear = self.shape.linear && !self.shape.jumps;
-        evaluated(z, &mut Linearization { rows, jacobian }, are_linear)
-    }
-
-    /// [`Self::evaluate`] as a call.
-    #[inline(never)]
-    fn evaluate_apart(&self, z: [f64; M]) -> Evaluation<[f64; M]> {
-        self.evaluate(z)
-    }
-
     /// The numbers at the places that begin at `first`.
     #[inline(always)]
     fn taken<const K: usize>(&self, first: usize) -> [f64; K] {
@@ -108,6 +100,13 @@ impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
             *value = self.numbers[first + k].get();
         }
         values
+    }
+
+    /// The results of a program.
+    #[inline(always)]
+    fn compute<const K: usize>(&self, computed: &Computed<'_, K>) -> [f64; K] {
+        computed.program.run();
+        self.read(&computed.results)
     }
 
     /// The numbers at some places. They are read one by one: a wide load of numbers that were just written one by
@@ -121,11 +120,6 @@ impl<'k, const N: usize, const M: usize> FewUnknowns<'k, N, M> {
         }
         values
     }
-}
-
-/// The first of some places; those of NaN if there are fewer.
-fn first<const K: usize>(places: &[Place]) -> [Place; K] {
-    places.first_chunk().copied().unwrap_or([0; K])
 }
 
 impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, N, M> {
@@ -186,7 +180,7 @@ impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, N, M> {
 
     #[inline(always)]
     fn set_past(&self, constants: &mut [f64], past: &[f64; N]) {
-        self.give(self.programs.places.past, past);
+        self.give(self.past, past);
         // they are the last of the constants
         if let Some(last) = constants.last_chunk_mut() {
             *last = *past;
@@ -198,37 +192,53 @@ impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, N, M> {
         self.give(Self::FIRST.clock, &[leg.t]);
         self.give(Self::FIRST.n, &leg.q);
         self.give(Self::FIRST.d, &leg.d);
-        self.run(&self.programs.known);
+        self.known.run();
     }
 
     #[inline(always)]
     fn evaluation(&self, _: &[f64], (): &(), z: [f64; M]) -> Evaluation<[f64; M]> {
-        if M <= INLINED {
-            self.evaluate(z)
+        self.give(Self::FIRST.z, &z);
+        self.rows.program.run();
+        let mut jacobian = [[0.0; M]; M];
+        let rows = if M > FEWER {
+            let first = Self::FIRST.rows;
+            for (i, row) in jacobian.iter_mut().enumerate() {
+                *row = self.taken(first + M * (1 + i));
+            }
+            self.taken(first)
         } else {
-            self.evaluate_apart(z)
+            for (row, places) in jacobian.iter_mut().zip(&self.jacobian) {
+                *row = self.read(places);
+            }
+            self.read(&self.rows.results)
+        };
+        let linearization = Linearization { rows, jacobian };
+        if self.shape.linear && !self.shape.jumps {
+            // of a copy, which is made here alone: the other stays in registers
+            return evaluated(z, &mut linearization.clone(), true);
         }
+        evaluated(z, &mut { linearization }, false)
     }
 
     #[inline(always)]
     fn row_scales(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; M] {
         self.give(Self::FIRST.z, z);
-        self.run(&self.programs.scales);
-        self.read(&self.scales)
+        self.compute(&self.scales)
     }
 
     #[inline(always)]
     fn unknown_of(&self, e: &[f64; N]) -> [f64; M] {
         self.give(Self::FIRST.e, e);
-        self.run(&self.programs.unknown);
-        self.read(&self.unknown)
+        self.compute(&self.unknown)
     }
 
     #[inline(always)]
     fn difference(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; N] {
+        if let (true, Some(e)) = (self.begin_with_e, z.first_chunk()) {
+            return *e;
+        }
         self.give(Self::FIRST.z, z);
-        self.run(&self.programs.second_difference);
-        self.read(&self.difference)
+        self.compute(&self.difference)
     }
 }
 

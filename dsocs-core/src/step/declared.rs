@@ -145,7 +145,7 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
         self.known(constants, leg)
     }
 
-    #[inline]
+    #[inline(always)]
     fn evaluation(
         &self,
         constants: &S::Constants<f64>,
@@ -156,7 +156,11 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
             return sparse_evaluation(self, constants, known, z);
         }
         // in place: a copy of the matrix of a large system would take much of the stack
-        evaluated(z, &mut self.linearize(constants, known, &z), S::LINEAR && !S::JUMPS)
+        evaluated(
+            z,
+            &mut self.linearize(constants, known, &z),
+            S::LINEAR && !S::JUMPS,
+        )
     }
 
     #[inline(always)]

@@ -23,7 +23,8 @@ use crate::solve::sparse::Sparse;
 #[cfg(feature = "jit")]
 use crate::tape::Tier;
 use crate::tape::{
-    CallData, Leaf, MemoryLayout, Part, Program, Segment, Shape, Source, Straight, Tape, TapeCall,
+    CallData, Leaf, MemoryLayout, Part, Program, Ready, Segment, Shape, Source, Straight, Tape, TapeCall,
+    TapeCalls,
 };
 
 /// A declared system as its tape and its shape alone, such as one that is read at run time.
@@ -38,7 +39,7 @@ pub struct TapeKernel {
     values: Vec<f64>,
     sparse: Option<Sparse>,
     /// The functions that the tape calls, given as data.
-    calls: Vec<TapeCall>,
+    calls: TapeCalls,
     programs: Arc<StepPrograms>,
     series: Arc<Recurrences>,
 }
@@ -437,7 +438,7 @@ impl TapeKernel {
             tape: Arc::new(tape),
             shape,
             values,
-            calls,
+            calls: TapeCalls(calls),
             sparse: None,
             series: Arc::default(),
         })
@@ -492,7 +493,7 @@ impl TapeKernel {
 
     /// The functions that the tape calls.
     pub(crate) fn calls(&self) -> &[TapeCall] {
-        &self.calls
+        &self.calls.0
     }
 
     /// Calls `work` with the workspace of this thread.
@@ -506,11 +507,17 @@ impl TapeKernel {
         result
     }
 
+    /// A program that is ready to be evaluated on the numbers.
+    #[inline]
+    pub(super) fn on<'r>(&'r self, program: &'r Straight, numbers: &'r [Cell<f64>]) -> Ready<'r> {
+        program.on(&self.programs.layout, &self.calls, numbers)
+    }
+
     /// Evaluates a program.
     #[inline]
     fn run(&self, program: &Straight, numbers: &mut [f64]) {
-        let numbers = Cell::from_mut(numbers).as_slice_of_cells();
-        program.run(&self.programs.layout, &self.calls, numbers);
+        self.on(program, Cell::from_mut(numbers).as_slice_of_cells())
+            .run();
     }
 
     /// Evaluates a program and writes as many results as `out` has room for.
@@ -655,7 +662,7 @@ impl Source for TapeKernel {
     }
 
     fn call(&self, which: usize, arguments: &[f64]) -> f64 {
-        let call = self.calls.get(which);
+        let call = self.calls.0.get(which);
         call.map_or(f64::NAN, |call| call.value(arguments.first().copied()))
     }
 
@@ -663,14 +670,14 @@ impl Source for TapeKernel {
         let argument = arguments
             .first()
             .map(|argument| Tangent::new(argument.re, argument.eps));
-        let value = self.calls.get(which).map(|call| call.value(argument));
+        let value = self.calls.0.get(which).map(|call| call.value(argument));
         value.map_or(Dual::new(f64::NAN, f64::NAN), |value| {
             Dual::new(value.value(), value.derivative())
         })
     }
 
     fn data(&self, which: usize) -> Option<CallData<'_>> {
-        self.calls.get(which).map(TapeCall::data)
+        self.calls.0.get(which).map(TapeCall::data)
     }
 }
 

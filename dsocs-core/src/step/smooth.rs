@@ -29,6 +29,10 @@ pub(crate) const FORESEEN: f64 = 0.1;
 /// also compared with its value beside the root.
 pub(super) const AS_BEFORE: f64 = 0.5;
 
+/// The size of the unknowns, two doubles, up to which an evaluation is inlined in its three places. Elimination of more
+/// unknowns is long.
+const INLINED: usize = 16;
+
 /// The rows of a step as arrays.
 pub(crate) struct Rows<'a, S: Smooth<N>, const N: usize> {
     system: &'a S,
@@ -61,7 +65,11 @@ impl<S: Smooth<N>, const N: usize> Quick for Rows<'_, S, N> {
 
     #[inline(always)]
     fn evaluate(&self, z: Self::Z) -> Evaluation<Self::Z> {
-        self.system.evaluation(self.constants, &self.known, z)
+        if size_of::<Self::Z>() <= INLINED {
+            self.system.evaluation(self.constants, &self.known, z)
+        } else {
+            self.evaluate_apart(z)
+        }
     }
 
     #[inline(always)]
@@ -107,6 +115,12 @@ impl<U: Unknown<f64>, const N: usize> Solved<U, N> {
 }
 
 impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
+    /// An evaluation that the compiler inlines if it is short.
+    #[inline]
+    fn evaluate_apart(&self, z: S::Unknown) -> Evaluation<S::Unknown> {
+        self.system.evaluation(self.constants, &self.known, z)
+    }
+
     /// The rows of the step after a leg.
     #[inline(always)]
     pub fn new(
@@ -204,14 +218,6 @@ pub(crate) fn write<const N: usize>(place: [&mut [f64; N]; 2], sum: &Compensated
     (*hi, *lo) = (sum.hi, sum.lo);
 }
 
-/// The state of a run that a step reads, beside the past solutions.
-struct State<const N: usize> {
-    /// The last known position.
-    q: Compensated<N>,
-    /// The increment that led to it.
-    d: Compensated<N>,
-}
-
 /// Makes up to `count` steps of a run.
 pub fn smooth<S: System<N>, const N: usize>(system: &S, run_state: &mut RunState, count: u64) -> Halt {
     steps::<S, N>(system, run_state, count)
@@ -227,10 +233,7 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
         return Halt::NotSmooth(HaltReason::Start);
     };
     let (e, solved_q, solved_d) = (vectors.e, vectors.solved_q, vectors.solved_d);
-    let mut state = State {
-        q: read(&vectors.q),
-        d: read(&vectors.d),
-    };
+    let (mut q, mut d) = (read(&vectors.q), read(&vectors.d));
     let [second, second_low] = vectors.second;
     let Some(constants) = system.constants_of(&mut run_state.constants) else {
         return Halt::NotSmooth(HaltReason::Start);
@@ -253,8 +256,8 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
             } else {
                 0.0
             },
-            q: state.q.hi,
-            d: state.d.hi,
+            q: q.hi,
+            d: d.hi,
         };
         let short = past_is_short(index, run_state.since);
         let rows = Rows::<S, N>::new(system, constants, &leg, &past, short);
@@ -264,26 +267,30 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
             Err(reason) => break Halt::NotSmooth(reason),
         };
         let (found, z) = (solved.e, &solved.root.z);
-        let mut next = State { ..state };
         let mut next_second = None;
-        if is_third {
+        let next_d = if is_third {
             let mut sum = read(&[&mut *second, &mut *second_low]);
             sum.add(&found);
-            next.d = state.d.plus(&sum);
             next_second = Some(sum);
+            d.plus(&sum)
         } else {
-            next.d.add(&found);
-        }
-        next.q = state.q.plus(&next.d);
+            let mut next = d;
+            next.add(&found);
+            next
+        };
+        let mut next_q = q.plus(&next_d);
         let rotations = system.rotations();
         if !rotations.is_empty() {
-            let (q, d) = ([&state.q.hi[..], &state.q.lo], [&next.d.hi[..], &next.d.lo]);
-            rotation::turn(rotations, q, d, [&mut next.q.hi, &mut next.q.lo]);
-            if rotation::turns_too_far(rotations, &next.d.hi).is_some() {
+            // copies: the sums of a step without rotations stay in registers
+            let (from, by, mut to) = (q, next_d, next_q);
+            let from = [&from.hi[..], &from.lo];
+            rotation::turn(rotations, from, [&by.hi, &by.lo], [&mut to.hi, &mut to.lo]);
+            if rotation::turns_too_far(rotations, &by.hi).is_some() {
                 break Halt::NotSmooth(HaltReason::NotFinite);
             }
+            next_q = to;
         }
-        if !next.q.hi.iter().all(|q| q.is_finite()) {
+        if !next_q.hi.iter().all(|q| q.is_finite()) {
             break Halt::NotSmooth(HaltReason::NotFinite);
         }
         if may_switch || system.may_jump() {
@@ -297,7 +304,7 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
             *vectors.before = *e;
         }
         solved.push(&mut past, rows.are_watched());
-        state = next;
+        (q, d) = (next_q, next_d);
         if let Some(sum) = &next_second {
             *vectors.before = *second;
             write([&mut *second, &mut *second_low], sum);
@@ -314,7 +321,7 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
         run_state.clock.tick();
         made += 1;
     };
-    write(vectors.q, &state.q);
-    write(vectors.d, &state.d);
+    write(vectors.q, &q);
+    write(vectors.d, &d);
     halt
 }

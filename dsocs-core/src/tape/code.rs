@@ -3,14 +3,13 @@
 //! The operations of a [`Straight`] program are compiled one by one, so the bits are those of its
 //! interpreter.
 
-use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dsocs_jit::{Calls, Code, Compiler, JitError, Operand, Operation, Program};
+use dsocs_jit::{Calls, Compiler, JitError, Operand, Operation, Program};
 
-use super::TapeCall;
+use super::TapeCalls;
 use super::evaluate::function;
 use super::read::{Binary, Comparison, Function};
 use super::straight::{Batch, First, OperationKind, Place, Second, Straight, place};
@@ -68,21 +67,11 @@ impl Tier {
     }
 }
 
-/// The functions that programs call.
-struct TapeCalls<'c>(&'c [TapeCall]);
-
-impl Calls for TapeCalls<'_> {
+impl Calls for TapeCalls {
     fn call(&self, which: u32, argument: Option<f64>) -> f64 {
         let call = self.0.get(which as usize);
         call.map_or(f64::NAN, |call| call.value(argument))
     }
-}
-
-/// Runs the machine code of a program, if there is any; returns whether there was.
-#[inline]
-pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &[Cell<f64>]) -> bool {
-    code.get()
-        .is_some_and(|code| code.run(numbers, &TapeCalls(calls)).is_ok())
 }
 
 /// The operations of a program, each of which has a number of its own.

@@ -67,8 +67,9 @@ pub use format::{Leaf, Part, Segment};
 pub(crate) use format::{SEGMENTS, VERSION};
 pub use link::Program;
 pub use shape::Shape;
-pub(crate) use straight::{FIXED, MemoryLayout, Numbers, Place, ProgramMemory, Straight};
+pub(crate) use straight::{FIXED, MemoryLayout, Numbers, Place, ProgramMemory, Ready, Straight};
 pub use symmetry::Symmetry;
+pub(crate) use table::TapeCalls;
 pub use table::{CallData, TapeCall, table};
 
 use crate::number::dual::Dual;

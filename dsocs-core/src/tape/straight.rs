@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::evaluate::function;
 use super::link::{Kind, Program};
 use super::read::{Binary, Comparison, Function};
-use super::{Leaf, TapeCall};
+use super::{Leaf, TapeCall, TapeCalls};
 use crate::number::scalar::Scalar;
 
 /// The place of a number.
@@ -486,26 +486,22 @@ impl Numbers for &[Cell<f64>] {
 }
 
 impl Straight {
-    /// Evaluates the program; [`Straight::results`] then gives the results.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // part of every step
-    pub fn run(&self, layout: &MemoryLayout, calls: &[TapeCall], numbers: &[Cell<f64>]) {
-        if self.is_empty() {
-            return;
-        }
-        #[cfg(feature = "jit")]
-        if super::code::ran(&self.code, calls, numbers) {
-            return;
-        }
-        self.walk(layout, calls, numbers);
-    }
-
-    /// Evaluates the program by the interpreter.
-    #[inline(never)]
-    fn walk(&self, layout: &MemoryLayout, calls: &[TapeCall], mut numbers: &[Cell<f64>]) {
-        match numbers.first_chunk::<FIXED>() {
-            Some(mut fixed) if layout.length <= FIXED => self.run_on(calls, &mut fixed),
-            _ => self.run_on(calls, &mut numbers),
+    /// The program with the numbers that it is evaluated on, and with what it calls.
+    #[inline]
+    pub fn on<'r>(
+        &'r self,
+        layout: &MemoryLayout,
+        calls: &'r TapeCalls,
+        numbers: &'r [Cell<f64>],
+    ) -> Ready<'r> {
+        let program = (!self.is_empty()).then_some(self);
+        Ready {
+            program,
+            are_few: layout.length <= FIXED,
+            calls,
+            numbers,
+            #[cfg(feature = "jit")]
+            code: program.and_then(|program| program.code.get()?.on(numbers, calls).ok()),
         }
     }
 
@@ -574,14 +570,49 @@ impl Straight {
     }
 }
 
+/// A program that is ready to be evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ready<'r> {
+    /// `None` if it is empty.
+    program: Option<&'r Straight>,
+    /// Whether all places are below [`FIXED`].
+    are_few: bool,
+    calls: &'r TapeCalls,
+    numbers: &'r [Cell<f64>],
+    /// Its machine code, if there is any.
+    #[cfg(feature = "jit")]
+    code: Option<dsocs_jit::Ready<'r>>,
+}
+
+impl Ready<'_> {
+    /// Evaluates the program; [`Straight::results`] then gives the results.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
+    pub fn run(&self) {
+        #[cfg(feature = "jit")]
+        if let Some(code) = &self.code {
+            return code.run();
+        }
+        if let Some(program) = self.program {
+            self.walk(program);
+        }
+    }
+
+    /// Evaluates the program by the interpreter.
+    #[inline(never)]
+    fn walk(&self, program: &Straight) {
+        let (TapeCalls(calls), mut numbers) = (self.calls, self.numbers);
+        match numbers.first_chunk::<FIXED>() {
+            Some(mut fixed) if self.are_few => program.run_on(calls, &mut fixed),
+            _ => program.run_on(calls, &mut numbers),
+        }
+    }
+}
+
 /// A function of one number, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each function
-fn one<N: Numbers>(
-    numbers: &mut N,
-    batch: &[[Place; 4]],
-    function: impl Fn(N::Number) -> N::Number,
-) {
+fn one<N: Numbers>(numbers: &mut N, batch: &[[Place; 4]], function: impl Fn(N::Number) -> N::Number) {
     for &[to, a, ..] in batch {
         numbers.set(to, function(numbers.at(a)));
     }
@@ -653,12 +684,7 @@ fn of_function<N: Numbers>(numbers: &mut N, batch: &[[Place; 4]], name: Function
 /// A call, of one number or without arguments, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
-fn called<N: Numbers>(
-    numbers: &mut N,
-    batch: &[[Place; 4]],
-    call: Option<&TapeCall>,
-    has_argument: bool,
-) {
+fn called<N: Numbers>(numbers: &mut N, batch: &[[Place; 4]], call: Option<&TapeCall>, has_argument: bool) {
     for &[to, a, ..] in batch {
         let a = numbers.at(a);
         let [value] = Scalar::from_lanes(|lane| {

@@ -21,6 +21,10 @@ pub enum TapeCall {
     },
 }
 
+/// The functions that a tape calls, by their numbers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TapeCalls(pub Vec<TapeCall>);
+
 impl TapeCall {
     /// A reference to the data.
     pub(crate) fn data(&self) -> CallData<'_> {

@@ -46,7 +46,9 @@ pub struct Code {
 impl fmt::Debug for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut f = f.debug_struct("Code");
-        let f = f.field("pieces", &(1 + self.others.len())).field("homes", &self.homes);
+        let f = f
+            .field("pieces", &(1 + self.others.len()))
+            .field("homes", &self.homes);
         f.field("length", &self.length).finish_non_exhaustive()
     }
 }
@@ -58,7 +60,12 @@ thread_local! {
 
 impl Code {
     /// The code of a program whose pieces begin at some places of the memory.
-    pub(super) fn new(memory: &Arc<Mmap>, (first, others): (usize, &[usize]), homes: usize, length: usize) -> Self {
+    pub(super) fn new(
+        memory: &Arc<Mmap>,
+        (first, others): (usize, &[usize]),
+        homes: usize,
+        length: usize,
+    ) -> Self {
         Self {
             first: piece(memory, first),
             others: others.iter().map(|&begin| piece(memory, begin)).collect(),
@@ -68,38 +75,64 @@ impl Code {
         }
     }
 
-    /// Runs the program.
+    /// The program with the numbers that it is run on, and with what it calls.
     ///
     /// # Errors
     ///
-    /// [`TooShort`] if there are fewer numbers than the program has places; then nothing is written.
-    #[inline]
-    pub fn run(&self, numbers: &[Cell<f64>], calls: &dyn Calls) -> Result<(), TooShort> {
+    /// [`TooShort`] if there are fewer numbers than the program has places.
+    pub fn on<'r>(&'r self, numbers: &'r [Cell<f64>], calls: &'r dyn Calls) -> Result<Ready<'r>, TooShort> {
         if numbers.len() < self.length {
             return Err(TooShort {
                 found: numbers.len(),
                 expected: self.length,
             });
         }
-        if self.others.is_empty() {
+        Ok(Ready {
+            whole: self.others.is_empty().then_some(self.first),
+            code: self,
+            numbers,
+            calls,
+        })
+    }
+}
+
+/// A program that is ready to run.
+#[derive(Clone, Copy)]
+pub struct Ready<'r> {
+    /// The code, if it is in one piece.
+    whole: Option<Piece>,
+    code: &'r Code,
+    numbers: &'r [Cell<f64>],
+    calls: &'r dyn Calls,
+}
+
+impl fmt::Debug for Ready<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Ready").field(&self.code).finish()
+    }
+}
+
+impl Ready<'_> {
+    /// Runs the program.
+    #[inline]
+    pub fn run(&self) {
+        match self.whole {
             // nothing goes from piece to piece
-            self.call(self.first, numbers, &mut [], calls);
-        } else {
-            self.run_in_pieces(numbers, calls);
+            Some(whole) => self.call(whole, &mut []),
+            None => self.run_in_pieces(),
         }
-        Ok(())
     }
 
-    /// The same for a program of several pieces.
+    /// Runs a program of several pieces.
     #[inline(never)]
-    fn run_in_pieces(&self, numbers: &[Cell<f64>], calls: &dyn Calls) {
+    fn run_in_pieces(&self) {
         // whoever runs a program inside finds another, empty room, and so does who runs one where the thread ends
         let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
-        if homes.len() < self.homes {
-            homes.resize(self.homes, 0.0);
+        if homes.len() < self.code.homes {
+            homes.resize(self.code.homes, 0.0);
         }
-        for &piece in [self.first].iter().chain(&self.others) {
-            self.call(piece, numbers, &mut homes, calls);
+        for &piece in [self.code.first].iter().chain(&self.code.others) {
+            self.call(piece, &mut homes);
         }
         let _ = HOMES.try_with(|kept| kept.set(homes));
     }
@@ -107,18 +140,25 @@ impl Code {
     /// Runs a piece, where there is room for all.
     #[expect(unsafe_code, reason = "code that was made when the program ran is called")]
     #[inline]
-    fn call(&self, piece: Piece, numbers: &[Cell<f64>], homes: &mut [f64], calls: &dyn Calls) {
-        debug_assert!(numbers.len() >= self.length && (homes.len() >= self.homes || self.others.is_empty()));
-        // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`), which are cells of this thread, and below `homes` of the
-        // homes (`Cut`), hands the third pointer to `at_argument` and `without_argument` alone, and calls functions of the types that the operations say.
-        unsafe { piece(numbers.as_ptr().cast_mut().cast(), homes.as_mut_ptr(), &raw const calls) };
+    fn call(&self, piece: Piece, homes: &mut [f64]) {
+        debug_assert!(
+            self.numbers.len() >= self.code.length
+                && (homes.len() >= self.code.homes || self.whole.is_some())
+        );
+        // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`), which are cells of this thread and as many (`Code::on`), and
+        // below `homes` of the homes (`Cut`), hands the third pointer to `at_argument` and `without_argument` alone, and calls functions of the types that
+        // the operations say.
+        unsafe {
+            let numbers = self.numbers.as_ptr().cast_mut().cast();
+            piece(numbers, homes.as_mut_ptr(), &raw const self.calls);
+        }
     }
 }
 
 /// The value of a call at an argument.
 #[expect(unsafe_code, reason = "machine code hands over a pointer")]
 pub(super) unsafe extern "C" fn at_argument(calls: *const &dyn Calls, which: u32, argument: f64) -> f64 {
-    // SAFETY: `Code::pieces` passes a pointer that is valid during the run
+    // SAFETY: `Ready::call` has lent it for the time of the run
     unsafe { *calls }.call(which, Some(argument))
 }
 

@@ -7,7 +7,8 @@
 //! two sides solves them.
 
 use super::{
-    Equations, Evaluation, FailedIteration, Iterate, Quick, Root, Stop, arrived, is_declared, relative, scalar_product,
+    Equations, Evaluation, FailedIteration, Iterate, Quick, Root, Stop, arrived, is_declared, relative,
+    scalar_product,
 };
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
