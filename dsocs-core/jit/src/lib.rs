@@ -54,7 +54,7 @@ pub use machine::{Code, Compiler, Ready};
 /// of a chain of 32 links take 77 to 94 ms in pieces of 500 or 1000 operations, 113 to 132 ms in pieces of 2000, and 185 to 260 ms in one.
 pub const PIECE: usize = 500;
 
-/// What an operation reads.
+/// An operand of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operand {
     /// The number at a place, before the program writes to any place.

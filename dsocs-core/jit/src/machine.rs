@@ -79,8 +79,8 @@ impl Compiler {
         Ok(code.collect())
     }
 
-    /// The functions of a program: where the first piece begins, where the others do, how many values go from piece to piece, and how many numbers it is
-    /// run on.
+    /// Compiles the functions of a program. Returns the offset of its first piece in the code, those of the others, the number of values that one
+    /// piece stores for another, and the number of places.
     fn functions(&mut self, program: &Program) -> Result<(usize, Vec<usize>, usize, usize), JitError> {
         let cut = Cut::new(program);
         let first = self.piece(program, &cut, 0)?;

@@ -32,9 +32,9 @@ fn piece(memory: &Mmap, begin: usize) -> Piece {
 #[derive(Clone)]
 pub struct Code {
     first: Piece,
-    /// The other pieces, if it is cut.
+    /// The pieces behind the first.
     others: Vec<Piece>,
-    /// How many values go from piece to piece.
+    /// The number of values that one piece stores for another.
     homes: usize,
     /// The number of places of the program.
     length: usize,
@@ -59,7 +59,7 @@ thread_local! {
 }
 
 impl Code {
-    /// The code of a program whose pieces begin at some places of the memory.
+    /// The code of a program whose pieces begin at these offsets of the memory.
     pub(super) fn new(
         memory: &Arc<Mmap>,
         (first, others): (usize, &[usize]),
@@ -126,7 +126,7 @@ impl Ready<'_> {
     /// Runs a program of several pieces.
     #[inline(never)]
     fn run_in_pieces(&self) {
-        // whoever runs a program inside finds another, empty room, and so does who runs one where the thread ends
+        // a program that runs inside a call, or while the thread ends, finds an empty workspace
         let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
         if homes.len() < self.code.homes {
             homes.resize(self.code.homes, 0.0);
@@ -137,7 +137,7 @@ impl Ready<'_> {
         let _ = HOMES.try_with(|kept| kept.set(homes));
     }
 
-    /// Runs a piece, where there is room for all.
+    /// Runs a piece. There has to be memory for all of its numbers and values.
     #[expect(unsafe_code, reason = "code that was made when the program ran is called")]
     #[inline]
     fn call(&self, piece: Piece, homes: &mut [f64]) {
@@ -145,9 +145,9 @@ impl Ready<'_> {
             self.numbers.len() >= self.code.length
                 && (homes.len() >= self.code.homes || self.whole.is_some())
         );
-        // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`), which are cells of this thread and as many (`Code::on`), and
-        // below `homes` of the homes (`Cut`), hands the third pointer to `at_argument` and `without_argument` alone, and calls functions of the types that
-        // the operations say.
+        // SAFETY: a piece accesses places below `length` of the numbers (checked by `Program::new`), which are cells of this thread and at least as many
+        // (checked by `Code::on`), and below `homes` of the stored values (`Cut`), passes the third pointer only to `at_argument` and
+        // `without_argument`, and calls functions with the types of their operations.
         unsafe {
             let numbers = self.numbers.as_ptr().cast_mut().cast();
             piece(numbers, homes.as_mut_ptr(), &raw const self.calls);

@@ -142,7 +142,7 @@ impl<'a> Writer<'a> {
             _ => None,
         });
         self.turned = cosines.filter(|a| sines.contains(a)).collect();
-        // where the results of each operation go
+        // the places to which the result of each operation is written
         let mut written: Vec<Vec<u32>> = vec![Vec::new(); operations.len()];
         for &(from, to) in &program.results {
             match from {
@@ -300,7 +300,7 @@ impl<'a> Writer<'a> {
         own
     }
 
-    /// A choice between two numbers. Where one that is compared is NaN, the last one is chosen.
+    /// The choice between two numbers; the last one if a compared number is NaN.
     fn select(&mut self, comparison: FloatCC, parts: [Operand; 4]) -> Value {
         let [a, b, c, d] = parts.map(|part| self.value(part));
         let holds = self.builder.ins().fcmp(comparison, a, b);
