@@ -1,5 +1,6 @@
 //! A step of a system that is read from text, by the interpreter and as machine code (feature `jit`), beside
-//! the compiled one; and the time from a text to its first step.
+//! the compiled one; a run by Taylor series to 1e-12 by the interpreter beside the compiled one; and the time
+//! from a text to its first step.
 //!
 //! All are measured in turn in one process. A result is the median of the ratios of all rounds: noise of the
 //! machine affects both times of a ratio alike. All three make the same nodes, bit for bit.
@@ -9,8 +10,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::{TapeKernel, Text};
-use dsocs_core::{AnyFlow, AnyStart, Kernel, Start, System, dsocs};
+use dsocs_core::{AnyFlow, AnyStart, Kernel, Run, Start, Stepper, System, TaylorFlow, Tolerance, dsocs};
 use dsocs_systems::{Entry, InertiaWheelPendulum, PlanarChain8};
 
 /// A particle that turns with a curvature.
@@ -87,7 +89,7 @@ impl<'k> Turns<'k> {
                     ratios[place].push(time / own[0]);
                 }
             }
-            let nodes: Vec<_> = flows.iter().map(|flow| place(flow)).collect();
+            let nodes: Vec<_> = flows.iter().map(|flow| place(flow.run())).collect();
             assert!(nodes.iter().all(|node| *node == nodes[0]), "the bits differ");
         }
         (
@@ -98,10 +100,36 @@ impl<'k> Turns<'k> {
 }
 
 /// The bits of the current position.
-fn place(flow: &AnyFlow<'_>) -> Vec<u64> {
+fn place(run: &dyn Run) -> Vec<u64> {
     let mut node = dsocs_core::OwnedNode::new(0);
-    node.take(flow.run());
+    node.take(run);
     node.any().q.iter().map(|x| x.to_bits()).collect()
+}
+
+/// The time of a run by Taylor series to 1e-12 of the interpreted system, divided by that of the compiled one.
+fn series<S: System<N>, const N: usize>(
+    (system, walked): (&S, &TapeKernel),
+    start: Start<N>,
+    until: f64,
+    rounds: usize,
+) -> f64 {
+    let tolerance = Tolerance::relative(1e-12);
+    let ratios = (0..rounds.div_ceil(10)).map(|_| {
+        let mut compiled = TaylorFlow::new(system, start, tolerance).expect("a series");
+        let mut interpreted =
+            AnyTaylorFlow::of_tape(walked, &AnyStart::from(start), tolerance).expect("a series");
+        let begin = Instant::now();
+        let node = black_box(compiled.to(until)).expect("steps");
+        let first = begin.elapsed().as_secs_f64();
+        let begin = Instant::now();
+        let run: &mut dyn Run = &mut interpreted;
+        black_box(run.to(until)).expect("steps");
+        let second = begin.elapsed().as_secs_f64();
+        let same = node.q.map(f64::to_bits);
+        assert!(place(&interpreted) == same, "the bits differ");
+        second / first
+    });
+    median(ratios.collect())
 }
 
 /// The system of a text without machine code.
@@ -137,7 +165,9 @@ fn lines<S: System<N> + Clone + Send + 'static, const N: usize>(
     if is_compiled(&made) {
         kernels.push(&made);
     }
-    let start = AnyStart::from(Start::second_order(q0, v0));
+    let start = Start::second_order(q0, v0);
+    let of_series = series((system, &walked), start, 1000.0 * h, rounds);
+    let start = AnyStart::from(start);
     let turns = Turns {
         kernels,
         h,
@@ -160,12 +190,13 @@ fn lines<S: System<N> + Clone + Send + 'static, const N: usize>(
     let first = [ready(false), ready(true)];
     let column = |of: &[f64], place: usize| of.get(place).copied().unwrap_or(f64::NAN);
     println!(
-        "{name:<16} {:>11.1} {:>14.1} {:>6.2} {:>9.1} {:>6.2} {:>12.2} {:>6.2}",
+        "{name:<16} {:>11.1} {:>14.1} {:>6.2} {:>9.1} {:>6.2} {:>8.2} {:>12.2} {:>6.2}",
         column(&times, 0),
         column(&times, 1),
         column(&ratios, 1),
         column(&times, 2),
         column(&ratios, 2),
+        of_series,
         first[0],
         first[1],
     );
@@ -175,7 +206,7 @@ fn lines<S: System<N> + Clone + Send + 'static, const N: usize>(
 fn turns_first(kernel: &TapeKernel, turns: &Turns<'_>) -> u64 {
     let mut flow = AnyFlow::new(kernel, turns.h, &turns.start).expect("a start");
     flow.run_mut().advance().expect("a step");
-    place(&flow).first().copied().unwrap_or_default()
+    place(flow.run()).first().copied().unwrap_or_default()
 }
 
 fn main() {
@@ -186,10 +217,12 @@ fn main() {
         (false, false) => 4000,
     };
     println!(
-        "                        a step [ns], and its ratio to the compiled one   text to first step [ms]"
+        "                        a step [ns], and its ratio to the compiled one   Taylor   text to first step [ms]"
     );
-    println!("system              compiled    interpreted  ratio       JIT  ratio  interpreted    JIT");
-    println!("bar                                            4.00            1.30");
+    println!(
+        "system              compiled    interpreted  ratio       JIT  ratio    ratio  interpreted    JIT"
+    );
+    println!("bar                                            4.00            1.30     1.50");
     let particle = Particle {
         mass: 1.0,
         curvature: 1.0,
