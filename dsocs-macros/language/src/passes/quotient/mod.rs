@@ -12,7 +12,7 @@
 pub(super) mod continuous;
 
 use super::eliminate::{Elimination, Rule};
-use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::{HashMap, HashSet};
 use crate::mechanics::Equation;
 
@@ -257,7 +257,7 @@ fn divide_exactly(
     let at_zero = HashMap::from_iter([(unknown, zero)]);
     let offset = graph.substitute(factor, &at_zero);
 
-    // terms with the factor in them, such as w tanh(w), need no division
+    // terms with the factor in them, such as w tanh(w) or |w|, need no division
     let (scale, base) = graph.split(factor);
     let (constant, terms) = match graph.node(value).clone() {
         Node::Sum(constant, terms) => (constant.get(), terms.iter().map(|&(t, c)| (t, c.get())).collect()),
@@ -266,20 +266,12 @@ fn divide_exactly(
     let mut open = Vec::new();
     let mut rest = Vec::new();
     for (term, c) in terms {
-        let carries = match graph.node(term) {
-            Node::Product(factors) => factors.iter().any(|&(node, n)| node == base && n > 0),
-            _ => term == base,
-        };
-        if carries {
-            open.push((graph.product(&[(term, 1), (base, -1)]), c / scale));
-        } else {
-            rest.push((term, c));
+        match without_base(graph, term, base) {
+            Some(quotient) => open.push((quotient, c / scale)),
+            None => rest.push((term, c)),
         }
     }
     let mut polynomial = graph.linear(constant, &rest);
-    if graph.jumps_with(polynomial, unknown) {
-        return None;
-    }
 
     // Taylor coefficients at 0, until all further ones vanish
     let highest = if is_polynomial(graph, polynomial, unknown) {
@@ -289,7 +281,8 @@ fn divide_exactly(
     };
     let mut coefficients = Vec::new();
     while !graph.vanishes(polynomial) {
-        if coefficients.len() > highest {
+        // derivatives are those of one side, so a corner shows as a jump of one of them
+        if coefficients.len() > highest || graph.jumps_with(polynomial, unknown) {
             return None;
         }
         coefficients.push(graph.substitute(polynomial, &at_zero));
@@ -323,6 +316,28 @@ fn divide_exactly(
     Some(graph.linear(0.0, &open))
 }
 
+/// A term divided by an expression that stands in it as a factor, or within an absolute value: `|b c| / b = sign(b) |c|`.
+fn without_base(graph: &mut Graph, term: NodeId, base: NodeId) -> Option<NodeId> {
+    let contains = |factors: &[(NodeId, i32)]| factors.iter().any(|&(node, n)| node == base && n > 0);
+    let own = graph.factors(term);
+    if contains(&own) {
+        return Some(graph.product(&[(term, 1), (base, -1)]));
+    }
+    own.into_iter().filter(|&(_, n)| n > 0).find_map(|(node, _)| {
+        let &Node::Unary(Unary::Abs, inner) = graph.node(node) else {
+            return None;
+        };
+        let (scale, unscaled) = graph.split(inner);
+        if !contains(&graph.factors(unscaled)) {
+            return None;
+        }
+        let other = graph.product(&[(unscaled, 1), (base, -1)]);
+        let [other, sign] = [(Unary::Abs, other), (Unary::Signum, base)].map(|(of, x)| graph.unary(of, x));
+        let quotient = graph.product(&[(term, 1), (node, -1), (other, 1), (sign, 1)]);
+        Some(graph.scale(scale.abs(), quotient))
+    })
+}
+
 /// Whether an expression is a polynomial in a variable by its operations: sums, and products without negative
 /// powers of it.
 fn is_polynomial(graph: &Graph, value: NodeId, variable: Leaf) -> bool {
@@ -352,7 +367,7 @@ fn is_polynomial(graph: &Graph, value: NodeId, variable: Leaf) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::Unary;
+    use crate::graph::Comparison;
     use crate::mechanics::equation::Pivots;
 
     const LEAVES: Leaves = Leaves {
@@ -419,6 +434,46 @@ mod tests {
             false
         };
         assert!(!inside(&graph), "{:?}", graph.node(reciprocal));
+    }
+
+    /// `|w|`, `|2 w|`, `|w³|` and `|w c|` keep the sign of `w`, with and without other terms; `max(w, 0)²`, whose pieces
+    /// are polynomials, is no polynomial.
+    #[test]
+    fn a_corner_where_the_factor_vanishes_keeps_both_sides() {
+        let mut graph = Graph::new();
+        let (z, a, c) = (
+            graph.leaf(Leaf::Z(0)),
+            graph.leaf(Leaf::N(0)),
+            graph.leaf(Leaf::N(1)),
+        );
+        let w = graph.add(a, z);
+        let inside = [
+            w,
+            graph.scale(2.0, w),
+            graph.powi(w, 3),
+            graph.product(&[(w, 1), (c, 1)]),
+        ];
+        let mut rows = inside.map(|inside| graph.unary(Unary::Abs, inside)).to_vec();
+        let square = graph.powi(w, 2);
+        let root = graph.unary(Unary::Sqrt, square);
+        let zero = graph.constant(0.0);
+        let largest = graph.select(Comparison::Lt, w, zero, zero, w);
+        rows.extend([root, graph.powi(largest, 2)]);
+        for row in rows {
+            for rest in [zero, w] {
+                let row = graph.add(row, rest);
+                let quotient = divided(&mut graph, row, w);
+                for at in [-1.7, -0.3, 0.4, 2.1] {
+                    let leaves = |leaf| match leaf {
+                        Leaf::Z(0) => at - 0.7,
+                        Leaf::N(0) => 0.7,
+                        _ => -1.3,
+                    };
+                    let values = graph.values(&[row, quotient], &leaves, &|_| f64::NAN).unwrap();
+                    assert!((values[0] / at - values[1]).abs() < 1e-14, "{at} {values:?}");
+                }
+            }
+        }
     }
 
     #[test]
