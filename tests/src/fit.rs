@@ -14,6 +14,14 @@ pub fn slope(h: &[f64], error: &[f64]) -> f64 {
     above / below
 }
 
+/// The order of an error: its slope over these steps, which is printed with the errors.
+pub fn order(name: &str, steps: &[f64], error: impl Fn(f64) -> f64) -> f64 {
+    let errors: Vec<f64> = steps.iter().map(|&h| error(h)).collect();
+    let order = slope(steps, &errors);
+    println!("{name}: order {order:.4}, errors {errors:?}");
+    order
+}
+
 /// The slopes between neighbours.
 #[must_use]
 pub fn local_slopes(h: &[f64], error: &[f64]) -> Vec<f64> {

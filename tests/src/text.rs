@@ -149,6 +149,18 @@ pub fn read<D: Declared>(declared: &D) -> &'static TapeKernel {
     })
 }
 
+/// The system of a text.
+///
+/// # Panics
+///
+/// If the text has mistakes, with their messages.
+#[must_use]
+pub fn parsed(text: &str) -> TapeKernel {
+    Text::parse("system", text)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .system
+}
+
 /// A declaration without its type, so that the code that parses it is compiled once.
 struct Written {
     name: &'static str,

@@ -5,6 +5,7 @@
 //! Derivatives of the action are exact; those of Newton's iteration are difference quotients.
 
 use super::double::Double;
+use super::elimination::Decomposed;
 use super::number::{Dual, Number};
 use super::scene::{Map, Scene};
 
@@ -356,79 +357,5 @@ pub struct Solution {
     /// The derivatives of the rows there.
     pub jacobian: Vec<Vec<Double>>,
     /// The decomposition of these derivatives.
-    pub decomposed: Decomposed,
-}
-
-/// A matrix as a product of triangular ones, with its rows in another order (L. N. Trefethen, D. Bau, *Numerical Linear Algebra*, lecture 21).
-#[derive(Clone, Debug)]
-pub struct Decomposed {
-    matrix: Vec<Vec<Double>>,
-    order: Vec<usize>,
-}
-
-impl Decomposed {
-    /// Decomposes a matrix; `None` if it is singular or not finite.
-    #[must_use]
-    pub fn new(mut matrix: Vec<Vec<Double>>) -> Option<Self> {
-        let count = matrix.len();
-        let scales: Vec<f64> = matrix
-            .iter()
-            .map(|row| row.iter().fold(0.0_f64, |largest, x| largest.max(x.high.abs())))
-            .collect();
-        let mut order: Vec<usize> = (0..count).collect();
-        for k in 0..count {
-            let size = |row: usize| matrix[row][k].high.abs() / scales[row];
-            let best = (k..count).max_by(|&i, &j| size(order[i]).total_cmp(&size(order[j])))?;
-            order.swap(k, best);
-            let pivot = matrix[order[k]].clone();
-            if !pivot[k].high.is_finite() || pivot[k].high == 0.0 {
-                return None;
-            }
-            for &row in &order[k + 1..] {
-                let factor = matrix[row][k] / pivot[k];
-                matrix[row][k] = factor;
-                if factor.high == 0.0 {
-                    continue;
-                }
-                for j in k + 1..count {
-                    matrix[row][j] = matrix[row][j] - factor * pivot[j];
-                }
-            }
-        }
-        Some(Self { matrix, order })
-    }
-
-    /// Solves `matrix · x = right`.
-    #[must_use]
-    pub fn solve(&self, right: &[Double]) -> Vec<Double> {
-        let count = right.len();
-        let mut x: Vec<Double> = self.order.iter().map(|&row| right[row]).collect();
-        for i in 0..count {
-            for j in 0..i {
-                x[i] = x[i] - self.matrix[self.order[i]][j] * x[j];
-            }
-        }
-        for i in (0..count).rev() {
-            for j in i + 1..count {
-                x[i] = x[i] - self.matrix[self.order[i]][j] * x[j];
-            }
-            x[i] = x[i] / self.matrix[self.order[i]][i];
-        }
-        x
-    }
-
-    /// `|matrix⁻¹| · sizes`: bounds of the errors of each unknown that errors of these sizes in the rows
-    /// cause.
-    #[must_use]
-    pub fn spread(&self, sizes: &[f64]) -> Vec<f64> {
-        let mut spread = vec![0.0; sizes.len()];
-        for (row, size) in sizes.iter().enumerate() {
-            let mut right = vec![Double::ZERO; sizes.len()];
-            right[row] = Double::exact(1.0);
-            for (spread, x) in spread.iter_mut().zip(self.solve(&right)) {
-                *spread += x.high.abs() * size;
-            }
-        }
-        spread
-    }
+    pub decomposed: Decomposed<Double>,
 }

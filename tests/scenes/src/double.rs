@@ -130,6 +130,19 @@ impl Div for Double {
     }
 }
 
+impl From<f64> for Double {
+    fn from(value: f64) -> Self {
+        Self::exact(value)
+    }
+}
+
+impl From<Double> for f64 {
+    /// The number, rounded.
+    fn from(double: Double) -> Self {
+        double.high
+    }
+}
+
 impl Number for Double {
     fn of(value: f64) -> Self {
         Self::exact(value)

@@ -12,6 +12,7 @@
 pub mod discrete;
 pub mod dop853;
 pub mod double;
+pub mod elimination;
 pub mod exact;
 pub mod number;
 pub mod random;

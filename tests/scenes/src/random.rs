@@ -2,8 +2,9 @@
 
 use core::f64::consts::PI;
 
-use super::discrete::{Decomposed, Leg, Step};
+use super::discrete::{Leg, Step};
 use super::double::Double;
+use super::elimination::Decomposed;
 use super::scene::{Base, Body, Law, Map, Motor, Rod, Scene, Spring, Wheel};
 
 /// Random numbers (`SplitMix64`: G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).

@@ -3,8 +3,9 @@
 use dsocs_core::__private::Declaration;
 use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
 
-use super::discrete::{Decomposed, Leg, Step};
+use super::discrete::{Leg, Step};
 use super::double::{Double, PRECISION};
+use super::elimination::Decomposed;
 use super::exact::{Exact, PERTURBATION, PERTURBED_MOTIONS, UNIT, keep_larger};
 use super::random::{Case, Random};
 use crate::tape;

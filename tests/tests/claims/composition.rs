@@ -3,7 +3,6 @@
 
 #![allow(clippy::float_cmp)] // orders are compared as they are given
 
-#[allow(dead_code)] // the paper's systems are written by hand for other tests
 use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Composition, Kernel, RunError, SetupError, StageFailure, Start, Stepper, Symmetry};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};

@@ -5,47 +5,21 @@ use crate::systems::orders::{
     Ellipsoid, EllipsoidWithFields, EllipsoidWithForce, Mixed, MixedWithForce, Nonholonomic,
     NonholonomicWithFields, Nonlinear, Rod, RodWithField, VariableMass,
 };
-#[allow(dead_code)] // shared with other tests
 use dsocs_core::__private::{Declaration, Tangent};
 use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Node, SetupError, Start, Stepper};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
-use dsocs_tests::fit::slope;
+use dsocs_tests::fit::{self, slope};
+use dsocs_tests::motion::{continuous, discrete, distance};
 use dsocs_tests::text::{Flow, System, TaylorFlow};
-
-/// The continuous motion at a time.
-fn continuous<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> Node<N> {
-    TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
-        .unwrap()
-        .to(t)
-        .unwrap()
-}
-
-/// The last position of a discrete motion.
-fn discrete<S: System<N>, const N: usize>(system: &S, start: Start<N>, h: f64, t: f64) -> [f64; N] {
-    let mut flow = Flow::new(system, h, start).unwrap();
-    let trajectory = flow
-        .until(t)
-        .unwrap_or_else(|failure| panic!("h = {h}: {failure}"));
-    trajectory.nodes.last().unwrap().q
-}
 
 /// The order with which the discrete motion from a start converges to the continuous one.
 fn order<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64, steps: &[f64]) -> f64 {
-    let exact = continuous(system, q, v, t).q;
-    let errors: Vec<f64> = steps
-        .iter()
-        .map(|&h| distance(&discrete(system, Start::second_order(q, v), h, t), &exact))
-        .collect();
-    let order = slope(steps, &errors);
-    println!("errors {errors:?}, order {order:.4}");
-    order
-}
-
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    x.iter()
-        .zip(y)
-        .fold(0.0, |largest, (x, y)| (x - y).abs().max(largest))
+    let start = Start::second_order(q, v);
+    let exact = continuous(system, start, t).q;
+    fit::order(system.name(), steps, |h| {
+        distance(&discrete(system, h, start, t).q, &exact)
+    })
 }
 
 const STEPS: [f64; 4] = [0.02, 0.01, 0.005, 0.0025];
@@ -84,7 +58,7 @@ fn orders_of_all_kinds() {
 
 /// Asserts that two declarations of one system have the same position at t = 10, to 1e-12.
 fn same<A: System<N>, B: System<N>, const N: usize>(a: &A, b: &B, start: Start<N>) {
-    let (first, second) = (discrete(a, start, 0.01, 10.0), discrete(b, start, 0.01, 10.0));
+    let (first, second) = (discrete(a, 0.01, start, 10.0).q, discrete(b, 0.01, start, 10.0).q);
     let apart = distance(&first, &second);
     println!("apart by {apart:.1e}");
     assert!(apart < 1e-12, "{first:?} {second:?}");
@@ -102,8 +76,8 @@ fn the_basis_of_the_displacements_does_not_matter() {
     let start = Start::second_order([0.98, 0.1, 0.0], [0.0, 0.1, 0.1]).projected();
     let (fields, until) = (EllipsoidWithFields { gravity: 0.01 }, 3.0);
     let (a, b) = (
-        discrete(&Ellipsoid { gravity: 0.01 }, start, 0.01, until),
-        discrete(&fields, start, 0.01, until),
+        discrete(&Ellipsoid { gravity: 0.01 }, 0.01, start, until).q,
+        discrete(&fields, 0.01, start, until).q,
     );
     assert!(distance(&a, &b) < 1e-13, "{a:?} {b:?}");
     let start = Start::second_order([0.6, 0.3, -0.8], [1.0, 1.0, 0.3]);
@@ -157,7 +131,7 @@ fn a_rod_as_a_constraint_is_the_pendulum_in_its_angle() {
         theta += step / 6.0 * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]);
         rate += step / 6.0 * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]);
     }
-    let exact = continuous(&ROD, [0.6, -0.8], [0.8, 0.6], 10.0).q;
+    let exact = continuous(&ROD, Start::second_order([0.6, -0.8], [0.8, 0.6]), 10.0).q;
     let apart = distance(&exact, &[theta.sin(), -theta.cos()]);
     println!("Taylor flow with the multiplier against the angle: {apart:.1e}");
     assert!(apart < 1e-11, "{apart:e}");
@@ -171,7 +145,7 @@ fn multipliers_are_the_continuous_ones_to_second_order() {
         let mut flow = Flow::new(&ROD, h, Start::second_order([0.6, -0.8], [0.8, 0.6])).unwrap();
         let nodes = flow.until(2.0).unwrap().nodes;
         let last = nodes.last().unwrap();
-        let Node { q, v, .. } = continuous(&ROD, [0.6, -0.8], [0.8, 0.6], 2.0);
+        let Node { q, v, .. } = continuous(&ROD, Start::second_order([0.6, -0.8], [0.8, 0.6]), 2.0);
         let exact = -(v[0] * v[0] + v[1] * v[1] - 9.81 * q[1]) / 2.0;
         (flow.multipliers(last)[0] - exact).abs()
     });
@@ -213,14 +187,18 @@ fn a_rod_and_a_lyapunov_constraint_are_the_papers_pendulum() {
     let rod = RodAndWheel::default();
     // θ = 0.5, θ̇ = 0, ψ̇ = 0.5
     let (q, v) = ([0.5_f64.sin(), 0.5_f64.cos(), 0.0], [0.0, 0.0, 0.5]);
-    let exact = continuous(&InertiaWheelPendulum::default(), [0.5, 0.0], [0.0, 0.5], 1.0);
-    let cartesian = continuous(&rod, q, v, 1.0);
+    let exact = continuous(
+        &InertiaWheelPendulum::default(),
+        Start::second_order([0.5, 0.0], [0.0, 0.5]),
+        1.0,
+    );
+    let cartesian = continuous(&rod, Start::second_order(q, v), 1.0);
     let apart = distance(&[cartesian.q[0].atan2(cartesian.q[1]), cartesian.q[2]], &exact.q);
     println!("Taylor flows apart by {apart:.1e}");
     assert!(apart < 1e-10, "{apart:e}");
     let steps = [0.002, 0.001, 0.0005, 0.00025];
     let errors = steps.map(|h| {
-        let [x, y, psi] = discrete(&rod, Start::second_order(q, v), h, 1.0);
+        let [x, y, psi] = discrete(&rod, h, Start::second_order(q, v), 1.0).q;
         distance(&[x.atan2(y), psi], &exact.q)
     });
     let order = slope(&steps, &errors);

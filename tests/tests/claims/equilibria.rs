@@ -3,11 +3,7 @@
 use core::f64::consts::PI;
 
 use dsocs_core::linear::{EquilibriumError, EquilibriumSearch, LinearizationError, Stability};
-use dsocs_core::text::{TapeKernel, Text};
-
-fn read(text: &str) -> TapeKernel {
-    Text::parse("system", text).unwrap().system
-}
+use dsocs_tests::text::parsed;
 
 #[track_caller]
 fn assert_close(found: &[f64], expected: &[f64]) {
@@ -26,7 +22,7 @@ const DOUBLE_PENDULUM: &str = "
 
 #[test]
 fn several_guesses_lead_to_several_equilibria() {
-    let system = read(DOUBLE_PENDULUM);
+    let system = parsed(DOUBLE_PENDULUM);
     let guesses = [
         [0.2, -0.3],
         [3.0, 0.1],
@@ -79,7 +75,7 @@ fn several_guesses_lead_to_several_equilibria() {
 
 #[test]
 fn free_inputs_hold_a_position() {
-    let system = read(DOUBLE_PENDULUM);
+    let system = parsed(DOUBLE_PENDULUM);
     let found = EquilibriumSearch::new(&system)
         .held(["a", "b"])
         .free(["shoulder", "elbow"])
@@ -111,7 +107,7 @@ fn free_inputs_hold_a_position() {
 
 #[test]
 fn a_continuum_is_told_and_its_members_are_one() {
-    let cart = read(
+    let cart = parsed(
         "coordinates(x, theta);
          lagrangian = dot(x).powi(2) + theta.cos() * dot(x) * dot(theta) + dot(theta).powi(2) / 2 - theta.cos();",
     );
@@ -123,7 +119,7 @@ fn a_continuum_is_told_and_its_members_are_one() {
     assert_eq!(found.equilibria[0].directions, [[1.0, 0.0]]);
     assert_eq!(found.of_guess, [Ok(0), Ok(0), Ok(1)]);
     // a ring of equilibria, on which the nearest to the guess is found
-    let ring = read(
+    let ring = parsed(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2) - 1).powi(2);",
     );
     let found = EquilibriumSearch::new(&ring).near([1.5, 2.0]).unwrap();
@@ -137,7 +133,7 @@ fn a_continuum_is_told_and_its_members_are_one() {
         &[0.0],
     );
     // a sleigh has an equilibrium at every place
-    let sleigh = read(
+    let sleigh = parsed(
         "coordinates(x, y, theta);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(theta).powi(2)) / 2;
          nonholonomic = dot(y) * theta.cos() - dot(x) * theta.sin();",
@@ -146,14 +142,14 @@ fn a_continuum_is_told_and_its_members_are_one() {
     assert_close(&found.q, &[1.0, 2.0, 0.3]);
     assert_eq!(found.directions.len(), 3);
     // at a multiple root the equilibrium is isolated, though the equations are singular
-    let flat = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(4);");
+    let flat = parsed("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(4);");
     let found = EquilibriumSearch::new(&flat).near([0.7]).unwrap();
     assert!(found.q[0].abs() < 1e-8 && found.is_isolated(), "{found:?}");
 }
 
 #[test]
 fn constraints_on_positions_hold() {
-    let rod = read(
+    let rod = parsed(
         "parameters { length = 0.8, gravity = 9.81 }
          coordinates(x, y);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
@@ -174,7 +170,7 @@ fn constraints_on_positions_hold() {
     );
     assert_eq!(found.equilibria[1].stability().unwrap(), Stability::Unstable);
     // held by a law of second order, at its target
-    let law = read(
+    let law = parsed(
         "parameters { target = 0.4 }
          coordinates(x, theta);
          lagrangian = dot(x).powi(2) + theta.cos() * dot(x) * dot(theta) + dot(theta).powi(2) / 2 - theta.cos() - x.powi(2);
@@ -188,7 +184,7 @@ fn constraints_on_positions_hold() {
 
 #[test]
 fn dry_friction_is_zero_at_rest_and_has_no_eigenvalues() {
-    let block = read(
+    let block = parsed(
         "coordinates(x);
          lagrangian = dot(x).powi(2) / 2 - 2 * (x - 1).powi(2);
          external_forces = (-3 * dot(x).signum());",
@@ -218,7 +214,7 @@ fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
             0.5 + 0.3 * (-2.0_f64).exp(),
         ),
     ] {
-        let system = read(&format!(
+        let system = parsed(&format!(
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = {force};"
         ));
         let found = EquilibriumSearch::new(&system).near([0.5]).unwrap();
@@ -229,7 +225,7 @@ fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
         );
     }
     // a drive whose limit is another speed: y = 2 is where the run goes
-    let cruise = read(
+    let cruise = parsed(
         "coordinates(y); lagrangian = dot(y).powi(2) / 2 - y.powi(2) / 2;
          external_forces = if dot(y) > 1 { 0 } else { 2 } - dot(y);",
     );
@@ -237,7 +233,7 @@ fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
     assert_close(&found.q, &[2.0]);
     assert_eq!(found.stability().unwrap(), Stability::Stable);
     // the force of a constraint has the side, too: the belt carries the block against a stop
-    let stop = read(
+    let stop = parsed(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2);
          holonomic = x - 1; external_forces = (-0.5 * (dot(x) - 0.4).signum(), 0);",
     );
@@ -249,7 +245,7 @@ fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
 
 #[test]
 fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
-    let block = read(
+    let block = parsed(
         "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = 0.5 - 0.1 * dot(x).signum();",
     );
     let found = EquilibriumSearch::new(&block).near([0.5]).unwrap();
@@ -260,7 +256,7 @@ fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
         "{found}"
     );
     // drag by |v| v has a sign and holds nothing
-    let drag = read(
+    let drag = parsed(
         "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = -dot(x).abs() * dot(x);",
     );
     assert!(
@@ -269,7 +265,7 @@ fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
             .unwrap()
             .is_held_by_friction()
     );
-    let belt = read(
+    let belt = parsed(
         "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2);
          external_forces = -0.5 * (dot(x) - 0.4 * t.cos()).signum();",
     );
@@ -285,7 +281,7 @@ fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
 /// that does not allow rest, a constraint that moves in time, and others.
 #[test]
 fn where_there_is_none_it_says_why() {
-    let search = |text: &str, guess: &[f64]| EquilibriumSearch::new(&read(text)).near(guess).unwrap_err();
+    let search = |text: &str, guess: &[f64]| EquilibriumSearch::new(&parsed(text)).near(guess).unwrap_err();
     let falls = search(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y - x.powi(2);",
         &[0.4, 1.0],
@@ -321,7 +317,7 @@ fn where_there_is_none_it_says_why() {
         "{shaken}"
     );
     // an explicit time without effect at the place does not prevent an equilibrium
-    let swing = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (1 + t.sin() / 2) * x.powi(2);");
+    let swing = parsed("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (1 + t.sin() / 2) * x.powi(2);");
     assert_close(
         &EquilibriumSearch::new(&swing).at(0.5).near([0.3]).unwrap().q,
         &[0.0],
@@ -341,7 +337,7 @@ fn where_there_is_none_it_says_why() {
         "{root}"
     );
 
-    let system = read(DOUBLE_PENDULUM);
+    let system = parsed(DOUBLE_PENDULUM);
     let message = |search: EquilibriumSearch<'_>| search.near([0.0, 0.0]).unwrap_err().to_string();
     assert_eq!(
         message(EquilibriumSearch::new(&system).free(["knee"])),
@@ -362,7 +358,7 @@ fn where_there_is_none_it_says_why() {
         "component `b` of a guess is NaN; it must be finite"
     );
     // a guess without an equilibrium does not spoil the others
-    let hill = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) * (-x.powi(2)).exp();");
+    let hill = parsed("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) * (-x.powi(2)).exp();");
     let both = EquilibriumSearch::new(&hill).near_all([[0.2], [30.0]]).unwrap();
     assert!(both.of_guess[0].is_ok());
 }

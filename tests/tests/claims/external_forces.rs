@@ -3,14 +3,14 @@
 
 use dsocs_core::geometry::{external_forces, power};
 use dsocs_core::taylor::Tolerance;
-use dsocs_core::{Composition, Node, Point, Real, Start, Stepper, Symmetry, dsocs};
+use dsocs_core::{Composition, Point, Real, Start, Stepper, Symmetry, dsocs};
 use dsocs_tests::declared;
-use dsocs_tests::fit::slope;
+use dsocs_tests::fit::{order, slope};
+use dsocs_tests::motion::{STEPS, assert_position, continuous, discrete, distance};
+use dsocs_tests::plan::Plan;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
 use dsocs_tests::dop853;
-
-const STEPS: [f64; 5] = [0.04, 0.02, 0.01, 0.005, 0.0025];
 
 /// Declares a damped oscillator with a map.
 macro_rules! damped {
@@ -43,53 +43,6 @@ damped! {
 damped! {
     /// With a formula of one's own, a third of the way along the leg: of order 1 in the force, as in a mass matrix that varies.
     DampedAside, phi_lagrangian = |q0, q1| ((2 * q0 + q1) / 3, (q1 - q0) / h);
-}
-
-/// The last node of the discrete motion.
-fn discrete<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, until: f64) -> Node<N> {
-    Flow::new(system, h, start)
-        .unwrap()
-        .until(until)
-        .unwrap()
-        .nodes
-        .pop()
-        .unwrap()
-}
-
-/// The node of the continuous motion.
-fn continuous<S: System<N>, const N: usize>(system: &S, start: Start<N>, until: f64) -> Node<N> {
-    let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-15)).unwrap();
-    flow.to(until).unwrap()
-}
-
-/// The largest difference of components.
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    let apart = x.iter().zip(y).map(|(x, y)| (x - y).abs());
-    apart.fold(0.0, |largest, x| if x <= largest { largest } else { x })
-}
-
-/// Fits an order.
-fn order(name: &str, error: impl Fn(f64) -> f64) -> f64 {
-    let errors = STEPS.map(error);
-    let order = slope(&STEPS, &errors);
-    println!("{name}: order {order:.4}, errors {errors:?}");
-    order
-}
-
-/// Compares a system with a known position: the Taylor flow to rounding, the step to order 2.
-fn assert_position<S: System<N>, const N: usize>(
-    name: &str,
-    system: &S,
-    start: Start<N>,
-    until: f64,
-    known: &[f64; N],
-    rounding: f64,
-) {
-    let apart = distance(&continuous(system, start, until).q, known);
-    println!("{name}: Taylor flow {apart:.1e}");
-    assert!(apart < rounding, "{name}: {apart:e}");
-    let order = order(name, |h| distance(&discrete(system, h, start, until).q, known));
-    assert!((order - 2.0).abs() < 0.02, "{name}: {order}");
 }
 
 /// A motion by the method of Dormand and Prince.
@@ -128,7 +81,7 @@ fn a_damped_oscillator_is_its_closed_form_with_every_map() {
         3e-15,
     );
     // an evaluation point that is not symmetric lowers the order
-    let found = order("aside", |h| {
+    let found = order("aside", &STEPS, |h| {
         (discrete(&DampedAside { zeta }, h, start, 10.0).q[0] - known(10.0)).abs()
     });
     assert!((found - 1.0).abs() < 0.1, "{found}");
@@ -288,7 +241,7 @@ fn constraint_forces_are_those_of_the_constraints_alone() {
         distance(&node.force, &[rod * sin, -rod * cos]) < 1e-11,
         "{node:?}"
     );
-    let found = order("rod", |h| {
+    let found = order("rod", &STEPS, |h| {
         let mut flow = Flow::new(&bob, h, start).unwrap();
         let node = flow.until(2.0).unwrap().nodes.pop().unwrap();
         (flow.multipliers(&node)[0] - rod).abs()
@@ -357,22 +310,6 @@ fn forces_beside_a_kinematic_constraint() {
 }]
 struct Planned {
     plan: Plan,
-}
-
-/// Samples at multiples of a step.
-struct Plan {
-    h: f64,
-    samples: Vec<f64>,
-}
-
-impl Plan {
-    fn at<R: Real>(&self, t: R) -> R {
-        let place = t / self.h;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
-        let first = (place.re().floor().max(0.0) as usize).min(self.samples.len() - 2);
-        let [from, to] = [self.samples[first], self.samples[first + 1]];
-        (place - first as f64) * (to - from) + from
-    }
 }
 
 /// The force of a constraint, as a table for the free system, gives the same nodes: at a node a force of the

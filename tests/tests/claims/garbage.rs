@@ -2,7 +2,6 @@
 //! step leads to a finite node.
 
 use crate::systems::{builtin, constrained, maps, mass, opaque};
-#[allow(dead_code)] // some of them are not for any numbers
 use dsocs_core::{Flow, Real, Regularity, Start, Stepper, System};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain2, Wavy};
 use proptest::prelude::*;

@@ -5,13 +5,8 @@ mod random;
 mod step;
 
 use dsocs_core::linear::{LinearModel, LinearizationError, OperatingPoint};
-use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{AnyStart, Kernel, SetupError};
-
-/// A system from its text.
-pub fn read(text: &str) -> TapeKernel {
-    Text::parse("system", text).unwrap().system
-}
+use dsocs_tests::text::parsed;
 
 /// A state.
 pub fn at(q: &[f64], v: &[f64]) -> AnyStart {
@@ -64,7 +59,7 @@ const CART_POLE: &str = "
 #[test]
 fn a_cart_pole_by_hand() {
     let (cart, mass, length, gravity) = (1.5, 0.3, 0.7, 9.81);
-    let system = read(CART_POLE);
+    let system = parsed(CART_POLE);
     let upright = OperatingPoint::new(&system, at(&[0.2, 0.0], &[0.0, 0.0]))
         .inputs(["force"])
         .outputs(["x", "v_theta", "a_x", "height", "energy"])
@@ -137,12 +132,12 @@ fn a_cart_pole_by_hand() {
 #[test]
 fn a_pendulum_in_cartesian_coordinates_is_the_one_in_its_angle() {
     let (length, gravity) = (0.8_f64, 9.81_f64);
-    let angle = read(
+    let angle = parsed(
         "parameters { length = 0.8, gravity = 9.81 }
          coordinates(theta);
          lagrangian = (length * dot(theta)).powi(2) / 2 + gravity * length * theta.cos();",
     );
-    let plane = read(
+    let plane = parsed(
         "parameters { length = 0.8, gravity = 9.81 }
          coordinates(x, y);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
@@ -190,7 +185,7 @@ fn a_pendulum_in_cartesian_coordinates_is_the_one_in_its_angle() {
 #[test]
 fn a_sleigh_by_hand() {
     let (mass, inertia, offset, speed) = (2.0, 0.3, 0.4, 1.7);
-    let sleigh = read(
+    let sleigh = parsed(
         "parameters { mass = 2.0, inertia = 0.3, offset = 0.4 }
          coordinates(x, y, theta);
          let across = dot(y) * theta.cos() - dot(x) * theta.sin();
@@ -234,7 +229,7 @@ fn a_sleigh_by_hand() {
 fn a_law_of_second_order_about_its_target() {
     // the force on the cart makes the pole's angle obey θ″ + 2 ζ ω θ′ + ω² θ = 0, so x″ = g θ − l θ″ to first order
     let (damping, omega, length, gravity) = (0.6, 3.0, 0.7, 9.81);
-    let held = read(
+    let held = parsed(
         "parameters { cart = 1.5, mass = 0.3, length = 0.7, gravity = 9.81, damping = 0.6, omega = 3.0 }
          coordinates(x, theta);
          lagrangian = (cart + mass) / 2 * dot(x).powi(2) + mass * length * theta.cos() * dot(x) * dot(theta)
@@ -263,7 +258,7 @@ fn a_law_of_second_order_about_its_target() {
 
     // V = (θ′² + ω² θ²)/2 falls at the rate 2 ζ ω θ′²: the same law, multiplied by θ′, which vanishes at the target
     let lyapunov = |branch: &str| {
-        read(&format!(
+        parsed(&format!(
             "parameters {{ cart = 1.5, mass = 0.3, length = 0.7, gravity = 9.81, damping = 0.6, omega = 3.0 }}
              coordinates(x, theta);
              lagrangian = (cart + mass) / 2 * dot(x).powi(2) + mass * length * theta.cos() * dot(x) * dot(theta)
@@ -290,7 +285,7 @@ fn a_law_of_second_order_about_its_target() {
 #[test]
 fn corners_are_refused_and_smooth_pieces_are_not() {
     let with = |force: &str| {
-        read(&format!(
+        parsed(&format!(
             "parameters {{ stiffness = 4.0, dry = 0.5 }}
              coordinates(x);
              lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
@@ -337,7 +332,7 @@ fn corners_are_refused_and_smooth_pieces_are_not() {
 /// refused, each with its reason.
 #[test]
 fn what_cannot_be_had_says_why() {
-    let system = read(CART_POLE);
+    let system = parsed(CART_POLE);
     let point = || OperatingPoint::new(&system, at(&[0.0; 2], &[0.0; 2]));
     let message = |result: Result<LinearModel, LinearizationError>| result.unwrap_err().to_string();
     assert_eq!(
@@ -355,7 +350,7 @@ fn what_cannot_be_had_says_why() {
     assert!(message(point().step(0.0)).contains("the step h = 0"));
     let short = OperatingPoint::new(&system, at(&[0.0], &[0.0])).continuous();
     assert!(message(short).contains("q0 has 1 components"));
-    let rod = read(
+    let rod = parsed(
         "coordinates(x, y);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
          holonomic = x.powi(2) + y.powi(2) - 1;",
@@ -369,7 +364,7 @@ fn what_cannot_be_had_says_why() {
         .continuous()
         .unwrap();
     assert_eq!(projected.point.any().q, [1.0, 0.0]);
-    let jerk = read(
+    let jerk = parsed(
         "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = dddot(x) + ddot(x); constraint_forces = [(1)];",
     );
     let third = OperatingPoint::new(&jerk, at(&[0.0], &[0.0])).continuous();
@@ -377,7 +372,7 @@ fn what_cannot_be_had_says_why() {
         third,
         Err(LinearizationError::Setup(SetupError::ThirdOrder { .. }))
     ));
-    let massless = read("coordinates(x, y); lagrangian = dot(x).powi(2) / 2 - y.powi(2);");
+    let massless = parsed("coordinates(x, y); lagrangian = dot(x).powi(2) / 2 - y.powi(2);");
     assert!(
         OperatingPoint::new(&massless, at(&[0.0; 2], &[0.0; 2]))
             .continuous()

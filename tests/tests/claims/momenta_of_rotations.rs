@@ -4,7 +4,7 @@
 use dsocs_core::text::Text;
 use dsocs_core::{AnyFlow, AnyStart, Declaration, OwnedNode};
 
-use crate::rotations::{Matrix, Vector, cross, dot, matrix, plus, product, times};
+use dsocs_tests::vectors::{Matrix, Vector, cross, dot, matrix, plus, product, times};
 
 /// A body with a rotor about its third axis.
 const TEXT: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]], rotor = 0.3 }

@@ -11,80 +11,9 @@ use dsocs_core::{
 };
 
 use dsocs_tests::dop853;
-
-pub(crate) type Vector = [f64; 3];
-pub(crate) type Matrix = [Vector; 3];
-
-pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn plus(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-pub(crate) fn times(s: f64, a: Vector) -> Vector {
-    a.map(|a| s * a)
-}
-
-pub(crate) fn product(m: &Matrix, v: Vector) -> Vector {
-    m.map(|row| dot(row, v))
-}
-
-pub(crate) fn transposed(m: &Matrix) -> Matrix {
-    [0, 1, 2].map(|i| m.map(|row| row[i]))
-}
-
-/// The solution of three equations, by Cramer's rule.
-pub(crate) fn solved(m: &Matrix, b: Vector) -> Vector {
-    let [x, y, z] = transposed(m);
-    let determinant = dot(x, cross(y, z));
-    [
-        dot(b, cross(y, z)) / determinant,
-        dot(x, cross(b, z)) / determinant,
-        dot(x, cross(y, b)) / determinant,
-    ]
-}
-
-/// The matrix of a quaternion.
-pub(crate) fn matrix([w, x, y, z]: [f64; 4]) -> Matrix {
-    [
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - w * z),
-            2.0 * (x * z + w * y),
-        ],
-        [
-            2.0 * (x * y + w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - w * x),
-        ],
-        [
-            2.0 * (x * z - w * y),
-            2.0 * (y * z + w * x),
-            1.0 - 2.0 * (x * x + y * y),
-        ],
-    ]
-}
-
-/// `½ q∘(0, w)`
-pub(crate) fn rate([s, u @ ..]: [f64; 4], w: Vector) -> [f64; 4] {
-    let [x, y, z] = plus(times(s, w), cross(u, w));
-    [-0.5 * dot(u, w), 0.5 * x, 0.5 * y, 0.5 * z]
-}
-
-pub(crate) fn unit(q: [f64; 4]) -> [f64; 4] {
-    let norm = q.iter().map(|q| q * q).sum::<f64>().sqrt();
-    q.map(|q| q / norm)
-}
+use dsocs_tests::vectors::{
+    Matrix, Vector, cross, dot, matrix, plus, product, rate, solved, times, transposed, unit,
+};
 
 /// `K` numbers of a state, from a place on.
 pub(crate) fn part<const K: usize, const N: usize>(state: &[f64; N], from: usize) -> [f64; K] {

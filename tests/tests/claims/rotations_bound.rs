@@ -6,9 +6,8 @@ use dsocs_core::{
     AnyFlow, AnyPath, AnyStart, Flow, OwnedNode, Run, Start, Stepper, TaylorFlow, Tolerance, Variable, dsocs,
 };
 
-use crate::rotations::{
-    Motion, Vector, cross, dot, joined, matrix, part, plus, product, rate, solved, times, unit,
-};
+use crate::rotations::{Motion, joined, part};
+use dsocs_tests::vectors::{Vector, cross, dot, matrix, plus, product, rate, solved, times, unit};
 
 /// A body with a held point: its centre is bound to its attitude.
 const HELD: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]], arm = [0.2, 0.1, 1.0], mass = 0.7 }

@@ -11,8 +11,9 @@ use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Tolerance};
 use proptest::prelude::*;
 
 use crate::draws;
-use crate::rotations::{Matrix, Vector, cross, matrix, plus, product, rate, times, transposed, unit};
 use dsocs_tests::dop853;
+use dsocs_tests::scenes::elimination::Decomposed;
+use dsocs_tests::vectors::{Matrix, Vector, cross, matrix, plus, product, rate, times, transposed, unit};
 
 /// A body.
 #[derive(Clone, Debug)]
@@ -53,7 +54,7 @@ impl Chain {
         let states = Self::states(state);
         let count = self.bodies.len();
         let attitudes: Vec<Matrix> = states.iter().map(|(q, _)| matrix(*q)).collect();
-        let mut equations = vec![vec![0.0; 9 * count + 1]; 9 * count];
+        let (mut equations, mut right) = (vec![vec![0.0; 9 * count]; 9 * count], vec![0.0; 9 * count]);
         // of each body: the acceleration of its centre, its angular acceleration, the force of the joint above
         let place = |body: usize, kind: usize| 9 * body + 3 * kind;
         // the acceleration of a body's point is `c'' + R (w' × p)` and known terms
@@ -92,7 +93,7 @@ impl Chain {
                 if i + 1 < count {
                     newton[place(i + 1, 2) + row] = 1.0;
                 }
-                newton[9 * count] = body.mass * self.gravity[row];
+                right[place(i, 0) + row] = body.mass * self.gravity[row];
                 let euler = &mut equations[place(i, 1) + row];
                 for column in 0..3 {
                     euler[place(i, 1) + column] = body.inertia[row][column];
@@ -102,23 +103,23 @@ impl Chain {
                         euler[place(i + 1, 2) + column] += cross(below, force)[row];
                     }
                 }
-                euler[9 * count] = torque[row];
+                right[place(i, 1) + row] = torque[row];
                 let joint = &mut equations[place(i, 2) + row];
                 joint[place(i, 0) + row] = 1.0;
                 for column in 0..3 {
                     joint[place(i, 1) + column] = swings[row][column];
                 }
-                joint[9 * count] = -knowns[row];
+                right[place(i, 2) + row] = -knowns[row];
                 if let Some((swings, knowns)) = &upper {
                     joint[place(i - 1, 0) + row] = -1.0;
                     for column in 0..3 {
                         joint[place(i - 1, 1) + column] = -swings[row][column];
                     }
-                    joint[9 * count] += knowns[row];
+                    right[place(i, 2) + row] += knowns[row];
                 }
             }
         }
-        let solution = solution(equations);
+        let solution = Decomposed::new(equations).unwrap().solve(&right);
         let mut rates = [0.0; S];
         for (i, (q, w)) in states.into_iter().enumerate() {
             rates[NUMBERS * i..NUMBERS * i + 4].copy_from_slice(&rate(q, w));
@@ -171,28 +172,6 @@ impl Chain {
             *system.parameter_mut(place).unwrap() = value;
         }
     }
-}
-
-/// The solution of linear equations, by elimination with pivots; the right-hand sides are the last columns.
-fn solution(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
-    let count = rows.len();
-    for pivot in 0..count {
-        let largest = (pivot..count).max_by(|&i, &j| rows[i][pivot].abs().total_cmp(&rows[j][pivot].abs()));
-        rows.swap(pivot, largest.unwrap());
-        let (done, left) = rows.split_at_mut(pivot + 1);
-        for row in left {
-            let factor = row[pivot] / done[pivot][pivot];
-            for (x, y) in row.iter_mut().zip(&done[pivot]).skip(pivot) {
-                *x -= factor * y;
-            }
-        }
-    }
-    let mut solution = vec![0.0; count];
-    for i in (0..count).rev() {
-        let known: f64 = (i + 1..count).map(|j| rows[i][j] * solution[j]).sum();
-        solution[i] = (rows[i][count] - known) / rows[i][i];
-    }
-    solution
 }
 
 /// The declaration of a chain of so many bodies.

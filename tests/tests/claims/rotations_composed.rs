@@ -7,9 +7,9 @@ use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, AnyStart, Composition, OwnedNode, Symmetry};
 
 use crate::rotations::{
-    DAMPING, Motion, cross, fluid, heavy_top, joined, lyapunov, matrix, of_heavy_top, of_satellite, part,
-    plus, rate, satellite, times, unit,
+    DAMPING, Motion, fluid, heavy_top, joined, lyapunov, of_heavy_top, of_satellite, part, satellite,
 };
+use dsocs_tests::vectors::{cross, matrix, plus, rate, times, unit};
 
 /// Methods, with the errors of a step and its halves.
 type Errors<'a> = &'a [(Composition, &'a [f64])];

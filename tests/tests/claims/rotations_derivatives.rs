@@ -7,6 +7,7 @@ use dsocs_core::{
     AnyPath, AnyPoint, AnyStart, DerivativeError, Dual, Kernel, Path, Real as _, Start, Stepper as _,
     TaylorFlow, Tolerance, Variable, dsocs,
 };
+use dsocs_tests::vectors::{composed, moved, quaternion, unit};
 
 const STEP: f64 = 0.05;
 const UNTIL: f64 = 1.5;
@@ -40,39 +41,10 @@ const HELD: &str = "parameters { arm = [0.2, 0.1, 1.0], mass = 0.7 }
     lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + 0.5 * w[2].powi(2) + mass * dot(x).norm_squared() / 2 - mass * x[2];
     holonomic = x - r * arm;";
 
-fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
-    let ([a, b, c, d], [w, x, y, z]) = (p, q);
-    [
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y + c * w + d * x - b * z,
-        a * z + d * w + b * y - c * x,
-    ]
-}
-
-fn quaternion(q: &[f64], first: usize) -> [f64; 4] {
-    core::array::from_fn(|k| q[first + k])
-}
-
-/// A position changed in one coordinate by `by`; of a rotation, by a turn about an axis of its body.
-fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
-    let mut moved = q.to_vec();
-    match place.checked_sub(rotation) {
-        Some(k @ 1..4) => {
-            let mut turn = [(by / 2.0).cos(), 0.0, 0.0, 0.0];
-            turn[k] = (by / 2.0).sin();
-            let turned = product(quaternion(q, rotation), turn);
-            moved[rotation..rotation + 4].copy_from_slice(&turned);
-        }
-        _ => moved[place] += by,
-    }
-    moved
-}
-
 /// A derivative of a position, for the rotation as a turn in the frame of its body.
 fn turned(rotation: usize, q: &[f64], change: &[f64]) -> Vec<f64> {
     let [w, x, y, z] = quaternion(q, rotation);
-    let [_, turn @ ..] = product([w, -x, -y, -z], quaternion(change, rotation)).map(|x| 2.0 * x);
+    let [_, turn @ ..] = composed([w, -x, -y, -z], quaternion(change, rotation)).map(|x| 2.0 * x);
     let mut turned = change.to_vec();
     turned[rotation] = 0.0;
     turned[rotation + 1..rotation + 4].copy_from_slice(&turn);
@@ -125,7 +97,7 @@ fn cost_at(rotation: usize, node: AnyPoint<'_, f64>) -> f64 {
 /// body frame), velocity and acceleration.
 fn cost_along(rotation: usize, node: AnyPoint<'_, f64>, [turn, v, a]: [&[f64]; 3]) -> f64 {
     let mut q = turn.to_vec();
-    let rate = product(quaternion(node.q, rotation), quaternion(turn, rotation)).map(|x| 0.5 * x);
+    let rate = composed(quaternion(node.q, rotation), quaternion(turn, rotation)).map(|x| 0.5 * x);
     q[rotation..rotation + 4].copy_from_slice(&rate);
     cost_with(rotation, node, [&q, v, a]).eps
 }
@@ -234,12 +206,6 @@ fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> 
     }
 }
 
-/// A unit quaternion.
-fn unit(q: [f64; 4]) -> [f64; 4] {
-    let norm = q.iter().map(|q| q * q).sum::<f64>().sqrt();
-    q.map(|q| q / norm)
-}
-
 const TURNED: [f64; 4] = [1.0, 0.3, -0.4, 0.2];
 
 #[test]
@@ -256,7 +222,7 @@ fn a_heavy_top_has_the_derivatives_of_its_differences() {
         check(&case, &AnyStart::second_order, false, &|_| false);
         check(&case, &AnyStart::paper, false, &|_| false);
     }
-    let second = product(q, unit([1.0, 0.02, -0.01, 0.05]));
+    let second = composed(q, unit([1.0, 0.02, -0.01, 0.05]));
     let case = Case {
         text: TOP,
         rotation: 0,
@@ -278,7 +244,7 @@ fn numbers_beside_a_rotation_have_the_derivatives_of_their_differences() {
     };
     check(&case, &AnyStart::second_order, false, &|_| false);
     check(&case, &AnyStart::paper, false, &|_| false);
-    let [w, x, y, z] = product([w, x, y, z], unit([1.0, 0.02, -0.01, 0.03]));
+    let [w, x, y, z] = composed([w, x, y, z], unit([1.0, 0.02, -0.01, 0.03]));
     let second = [0.32, w, x, y, z, -0.19];
     check(&Case { v: &second, ..case }, &AnyStart::nodes, true, &|_| false);
 }
@@ -379,7 +345,7 @@ fn derivative_of_cost(path: &AnyPath<'_>, variable: Variable<'_>) -> f64 {
     let mut sum = 0.0;
     path.tangents_along(&[variable], &mut |_, node, tangents| {
         let tangent = tangents.next().unwrap();
-        let rate = product(quaternion(node.q, 0), quaternion(tangent.q, 0)).map(|x| 0.5 * x);
+        let rate = composed(quaternion(node.q, 0), quaternion(tangent.q, 0)).map(|x| 0.5 * x);
         let dual = |numbers: &[f64], rates: &[f64]| -> Vec<Dual<f64>> {
             let both = numbers.iter().zip(rates);
             both.map(|(number, rate)| Dual::new(*number, *rate)).collect()
@@ -426,7 +392,7 @@ fn the_scalar_of_a_quaternion_is_no_variable() {
     let gradient = path.gradient_at_end(&mut |end| end.q[1] * end.q[2]).unwrap();
     let tangent = path.tangents(&[Variable::Position(2)]).unwrap()[0];
     let q = path.end().q;
-    let rate = product(q, tangent.q).map(|x| 0.5 * x);
+    let rate = composed(q, tangent.q).map(|x| 0.5 * x);
     let expected = rate[1] * q[2] + q[1] * rate[2];
     assert!((gradient.q0[2] - expected).abs() < 1e-13);
 }

@@ -7,7 +7,8 @@ use dsocs_core::{
     Tolerance, dsocs,
 };
 
-use crate::rotations::{joined, unit};
+use crate::rotations::joined;
+use dsocs_tests::vectors::unit;
 
 /// A top and a mass that is bound to it, under a held torque.
 #[dsocs {

@@ -4,8 +4,9 @@ use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, AnyFlow, AnyStart, Composition, OwnedNode, Run, Tolerance};
 
-use crate::rotations::{Vector, cross, joined, matrix, part, plus, rate, times, unit};
+use crate::rotations::{joined, part};
 use dsocs_tests::dop853;
+use dsocs_tests::vectors::{Vector, cross, matrix, plus, rate, times, unit};
 
 /// The values of the inputs from 0, 0.4, 0.8 … on: a torque in the frame of the body, and the moment of inertia about its third axis.
 const INPUTS: [([f64; 3], f64); 4] = [

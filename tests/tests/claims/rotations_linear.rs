@@ -3,82 +3,27 @@
 
 use dsocs_core::linear::{EquilibriumError, EquilibriumSearch, LinearModel, OperatingPoint, Stability};
 use dsocs_core::taylor::AnyTaylorFlow;
-use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{AnyFlow, AnyStart, Kernel, OwnedNode, Run, Tolerance};
+use dsocs_tests::scenes::elimination::Decomposed;
+use dsocs_tests::text::parsed;
+use dsocs_tests::vectors::{Vector, composed, cross, moved, product, quaternion, solved, turned, unit};
 
-type Vector = [f64; 3];
-
-fn read(text: &str) -> TapeKernel {
-    Text::parse("system", text)
-        .unwrap_or_else(|error| panic!("{error}"))
-        .system
-}
-
-fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
-    let ([a, b, c, d], [w, x, y, z]) = (p, q);
-    [
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y + c * w + d * x - b * z,
-        a * z + d * w + b * y - c * x,
-    ]
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-fn unit(q: [f64; 4]) -> [f64; 4] {
-    let norm = q.iter().map(|q| q * q).sum::<f64>().sqrt();
-    q.map(|q| q / norm)
-}
-
-fn quaternion(q: &[f64]) -> [f64; 4] {
-    core::array::from_fn(|k| q[k])
-}
+use crate::linear::assert_close;
 
 /// A vector of space in the frame of the body.
 fn in_body_frame(q: [f64; 4], v: Vector) -> Vector {
     let [w, x, y, z] = q;
-    let [_, seen @ ..] = product(product([w, -x, -y, -z], [0.0, v[0], v[1], v[2]]), q);
+    let [_, seen @ ..] = composed(composed([w, -x, -y, -z], [0.0, v[0], v[1], v[2]]), q);
     seen
-}
-
-/// The quaternion of a body turned by a rotation vector in its frame.
-fn turned(q: [f64; 4], by: Vector) -> [f64; 4] {
-    let angle = by.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let [x, y, z] = by.map(|x| {
-        if angle > 0.0 {
-            x / angle * (angle / 2.0).sin()
-        } else {
-            0.0
-        }
-    });
-    product(q, [(angle / 2.0).cos(), x, y, z])
 }
 
 /// The rotation vector from one quaternion to another.
 fn turn(from: [f64; 4], to: [f64; 4]) -> Vector {
     let [w, x, y, z] = from;
-    let [scalar, vector @ ..] = product([w, -x, -y, -z], to);
+    let [scalar, vector @ ..] = composed([w, -x, -y, -z], to);
     let size = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
     let angle = 2.0 * size.atan2(scalar);
     vector.map(|x| if size > 0.0 { x / size * angle } else { 0.0 })
-}
-
-#[track_caller]
-fn assert_close(found: &[Vec<f64>], expected: &[Vec<f64>], bar: f64) {
-    assert_eq!(found.len(), expected.len());
-    for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
-        assert_eq!(found.len(), expected.len());
-        for (j, (x, y)) in found.iter().zip(expected).enumerate() {
-            assert!((x - y).abs() <= bar * (1.0 + y.abs()), "({i}, {j}): {x} {y}");
-        }
-    }
 }
 
 fn names(model: &LinearModel) -> Vec<&str> {
@@ -98,27 +43,9 @@ const TOP: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.
     external_forces = -drag * w;
     observe = [height];";
 
-fn times(matrix: &[Vector; 3], v: Vector) -> Vector {
-    matrix.map(|row| row.iter().zip(v).map(|(x, y)| x * y).sum())
-}
-
-/// The solution of `I x = right`, by Cramer's rule.
-fn solution(right: Vector) -> Vector {
-    let column = |j: usize| -> Vector { [0, 1, 2].map(|i| INERTIA[i][j]) };
-    let volume =
-        |a: Vector, b: Vector, c: Vector| -> f64 { a.iter().zip(cross(b, c)).map(|(x, y)| x * y).sum() };
-    let all = [column(0), column(1), column(2)];
-    let whole = volume(all[0], all[1], all[2]);
-    [0, 1, 2].map(|k| {
-        let mut own = all;
-        own[k] = right;
-        volume(own[0], own[1], own[2]) / whole
-    })
-}
-
 #[test]
 fn a_heavy_top_in_motion_has_the_model_by_hand() {
-    let top = read(TOP);
+    let top = parsed(TOP);
     let (q, w) = (unit([1.0, 0.3, -0.4, 0.2]), [0.6, -0.3, 2.0]);
     let start = AnyStart::second_order(&q, &w);
     let model = OperatingPoint::new(&top, start)
@@ -147,11 +74,14 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
     let acceleration = |turn: Vector, spin: Vector| -> Vector {
         let weight = cross(ARM, cross(vertical, turn)).map(|x| -MASS * x);
         let gyro = [
-            cross(times(&INERTIA, spin), w),
-            cross(times(&INERTIA, w), spin),
+            cross(product(&INERTIA, spin), w),
+            cross(product(&INERTIA, w), spin),
             spin.map(|x| -DRAG * x),
         ];
-        solution([0, 1, 2].map(|i| weight[i] + gyro[0][i] + gyro[1][i] + gyro[2][i]))
+        solved(
+            &INERTIA,
+            [0, 1, 2].map(|i| weight[i] + gyro[0][i] + gyro[1][i] + gyro[2][i]),
+        )
     };
     let axis = |k: usize| -> Vector { core::array::from_fn(|i| f64::from(u8::from(i == k))) };
     let columns: Vec<[Vector; 2]> = (0..6)
@@ -169,8 +99,8 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
         .map(|i| columns.iter().map(|column| column.concat()[i]).collect())
         .collect();
     assert_close(&model.a, &a, 1e-14);
-    let by_mass = solution(cross(ARM, vertical).map(|x| -x));
-    let by_drag = solution(w.map(|x| -x));
+    let by_mass = solved(&INERTIA, cross(ARM, vertical).map(|x| -x));
+    let by_drag = solved(&INERTIA, w.map(|x| -x));
     let b: Vec<Vec<f64>> = (0..6)
         .map(|i| {
             if i < 3 {
@@ -185,7 +115,7 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
     let height: Vec<f64> = (0..3)
         .map(|k| (0..3).map(|i| ARM[i] * cross(vertical, axis(k))[i]).sum())
         .collect();
-    let rate = |k: usize| product(q, [0.0, axis(k)[0], axis(k)[1], axis(k)[2]]).map(|x| 0.5 * x);
+    let rate = |k: usize| composed(q, [0.0, axis(k)[0], axis(k)[1], axis(k)[2]]).map(|x| 0.5 * x);
     let still = [0.0; 3];
     let c = vec![
         [&height[..], &still].concat(),
@@ -222,7 +152,7 @@ fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
     const SLEEPING: &str = "coordinates(r: rotation);
         let w = r.angular_velocity();
         lagrangian = w[0].powi(2) + w[1].powi(2) + w[2].powi(2) / 2 - (r * [0, 0, 1])[2];";
-    let top = read(SLEEPING);
+    let top = parsed(SLEEPING);
     let (q, v) = ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 6.0]);
     let model = OperatingPoint::new(&top, AnyStart::second_order(&q, &v))
         .continuous()
@@ -243,7 +173,7 @@ fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
         let z = |size: f64| -> Vec<f64> { (0..6).map(|i| if i == k { size } else { 0.0 }).collect() };
         let (before, after) = (end(&z(-1e-5)), end(&z(1e-5)));
         let (before, after) = (before.any(), after.any());
-        let way = turn(quaternion(before.q), quaternion(after.q));
+        let way = turn(quaternion(before.q, 0), quaternion(after.q, 0));
         let spin: Vec<f64> = after.v[1..]
             .iter()
             .zip(&before.v[1..])
@@ -269,7 +199,7 @@ fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
 /// agrees with differences of motions by Taylor series from turned starts, to 1e-4.
 #[test]
 fn in_motion_a_turn_is_seen_from_the_moving_body() {
-    let top = read(TOP);
+    let top = parsed(TOP);
     let (q, w) = (unit([1.0, 0.3, -0.4, 0.2]), [0.6, -0.3, 2.0]);
     let model = OperatingPoint::new(&top, AnyStart::second_order(&q, &w))
         .continuous()
@@ -359,25 +289,11 @@ fn moving(rotation: usize, n: usize) -> impl Iterator<Item = usize> {
     (0..n).filter(move |i| *i != rotation)
 }
 
-/// A position changed in one coordinate; in a rotation, by a turn about an axis of its body.
-fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
-    let mut moved = q.to_vec();
-    match place.checked_sub(rotation) {
-        Some(k @ 1..4) => {
-            let axis = core::array::from_fn(|i| if i + 1 == k { by } else { 0.0 });
-            let own = turned(quaternion(&q[rotation..]), axis);
-            moved[rotation..rotation + 4].copy_from_slice(&own);
-        }
-        _ => moved[place] += by,
-    }
-    moved
-}
-
 /// The difference of two states in minimal coordinates.
 fn state_difference(rotation: usize, [q, v]: &[Vec<f64>; 2], [p, w]: &[Vec<f64>; 2]) -> Vec<f64> {
     let n = q.len();
     let mut way: Vec<f64> = p.iter().zip(q).map(|(p, q)| p - q).collect();
-    let own = turn(quaternion(&q[rotation..]), quaternion(&p[rotation..]));
+    let own = turn(quaternion(&q, rotation), quaternion(&p, rotation));
     way[rotation + 1..rotation + 4].copy_from_slice(&own);
     let speed: Vec<f64> = w.iter().zip(v).map(|(w, v)| w - v).collect();
     let pick = |all: &[f64]| moving(rotation, n).map(|i| all[i]).collect::<Vec<f64>>();
@@ -388,7 +304,7 @@ fn state_difference(rotation: usize, [q, v]: &[Vec<f64>; 2], [p, w]: &[Vec<f64>;
 fn a_step_has_the_model_of_its_differences() {
     for (text, rotation) in [(TOP, 0), (CART, 1)] {
         for map in ["", "phi_lagrangian = trapezoid;", "phi_lagrangian = midpoint;"] {
-            let system = read(&format!("{text}\n{map}"));
+            let system = parsed(&format!("{text}\n{map}"));
             let [w, x, y, z] = unit([1.0, 0.3, -0.4, 0.2]);
             let (q, v) = if rotation == 0 {
                 (vec![w, x, y, z], vec![0.0, 0.6, -0.3, 2.0])
@@ -417,7 +333,9 @@ fn a_step_has_the_model_of_its_differences() {
                         after.iter().zip(&before).map(|(x, y)| (x - y) / 2e-4).collect()
                     })
                     .collect();
-                let update = gauss(&columns, &rest);
+                let row = |i: usize| columns.iter().map(|column| column[i]).collect();
+                let rows = (0..rest.len()).map(row).collect();
+                let update = Decomposed::new(rows).unwrap().solve(&rest);
                 for (place, update) in moving(rotation, n).zip(&update) {
                     first = moved(rotation, &first, place, -update);
                 }
@@ -462,29 +380,6 @@ fn a_step_has_the_model_of_its_differences() {
     }
 }
 
-/// The solution of linear equations with the given columns, by elimination.
-fn gauss(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    let n = right.len();
-    let mut rows: Vec<Vec<f64>> = (0..n)
-        .map(|i| columns.iter().map(|column| column[i]).chain([right[i]]).collect())
-        .collect();
-    for k in 0..n {
-        let pivot = (k..n)
-            .max_by(|i, j| rows[*i][k].abs().total_cmp(&rows[*j][k].abs()))
-            .unwrap();
-        rows.swap(k, pivot);
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = rows[i][k] / rows[k][k];
-            let own = rows[k].clone();
-            rows[i]
-                .iter_mut()
-                .zip(own)
-                .for_each(|(x, own)| *x -= factor * own);
-        }
-    }
-    (0..n).map(|i| rows[i][n] / rows[i][i]).collect()
-}
-
 /// A body with a held point: its centre is bound to its attitude.
 const HELD: &str = "coordinates(r: rotation, x: [3]);
     let w = r.angular_velocity();
@@ -510,7 +405,7 @@ fn same(found: &[[f64; 2]], expected: &[[f64; 2]], bar: f64) {
 
 #[test]
 fn a_body_that_is_bound_has_the_eigenvalues_of_the_one_about_its_point() {
-    let (held, about) = (read(HELD), read(ABOUT));
+    let (held, about) = (parsed(HELD), parsed(ABOUT));
     let q = turned([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.4]);
     let place = [&q[..], &[0.0, 0.0, -1.0]].concat();
     let points = [
@@ -549,7 +444,7 @@ fn a_body_that_is_bound_has_the_eigenvalues_of_the_one_about_its_point() {
 #[test]
 fn a_body_in_springs_rests_where_they_are_short() {
     // three springs that pull its axes to those of space
-    let body = read(
+    let body = parsed(
         "parameters { pull = [1.0, 2.0, 4.0], torque = [0.0, 0.0, 0.0] }
          coordinates(x, r: rotation);
          let w = r.angular_velocity();
@@ -575,7 +470,7 @@ fn a_body_in_springs_rests_where_they_are_short() {
     let first = &found.equilibria[0];
     assert!(first.is_isolated());
     assert!(
-        turn([1.0, 0.0, 0.0, 0.0], quaternion(&first.q[1..]))
+        turn([1.0, 0.0, 0.0, 0.0], quaternion(&first.q, 1))
             .iter()
             .all(|x| x.abs() < 1e-14)
     );
@@ -610,7 +505,7 @@ fn a_body_in_springs_rests_where_they_are_short() {
         .collect();
     let q = guess([0.4, -0.5, 0.3]);
     let held = search.clone().held(["r"]).free(torques).near(&q).unwrap();
-    let own = quaternion(&q[1..]);
+    let own = quaternion(&q, 1);
     let pulls = [1.0, 2.0, 4.0];
     let mut torque = [0.0; 3];
     for (k, size) in pulls.into_iter().enumerate() {
@@ -633,7 +528,7 @@ fn a_body_in_springs_rests_where_they_are_short() {
 
 #[test]
 fn a_top_hangs_in_all_directions() {
-    let top = read(TOP);
+    let top = parsed(TOP);
     let start = |turn: Vector| turned([1.0, 0.0, 0.0, 0.0], turn);
     let guesses = [
         start([2.5, 0.4, 0.3]),
@@ -653,7 +548,7 @@ fn a_top_hangs_in_all_directions() {
         (&found.equilibria[0], -1.0, Stability::Undecided),
         (&found.equilibria[1], 1.0, Stability::Unstable),
     ] {
-        let vertical = in_body_frame(quaternion(&found.q), [0.0, 0.0, 1.0]);
+        let vertical = in_body_frame(quaternion(&found.q, 0), [0.0, 0.0, 1.0]);
         for k in 0..3 {
             assert!((vertical[k] - sign * ARM[k] / length).abs() < 1e-12);
         }
@@ -677,7 +572,7 @@ fn a_top_hangs_in_all_directions() {
 /// an error that names the expression.
 #[test]
 fn what_has_no_derivative_at_rest_is_named() {
-    let body = read(
+    let body = parsed(
         "coordinates(r: rotation, x: [3]);
          lagrangian = r.angular_velocity().norm_squared() + dot(x).norm_squared() / 2 - x[2];
          external_forces = (0, -dot(x).norm() * (r * (r.inverse() * dot(x))));",

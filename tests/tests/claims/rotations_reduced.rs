@@ -2,16 +2,11 @@
 //! system, and the momentum equation holds along the group.
 
 use dsocs_core::geometry::{momentum_along, momentum_balance, reduced};
-use dsocs_core::text::{TapeKernel, Text};
+use dsocs_core::text::Text;
 use dsocs_core::{AnyFlow, AnyStart, Kernel, OwnedNode};
+use dsocs_tests::text::parsed;
 
-use crate::rotations::{matrix, unit};
-
-fn read(text: &str) -> TapeKernel {
-    Text::parse("body", text)
-        .unwrap_or_else(|error| panic!("{text}\n{error}"))
-        .system
-}
+use dsocs_tests::vectors::{matrix, unit};
 
 /// A body in free space with a wheel, and a mass on a spring.
 const BODY: &str = "coordinates(r: rotation, s, x, y);
@@ -52,7 +47,7 @@ fn what_is_reduced_is_seen_and_insisted_on() {
             &[0],
         ),
     ] {
-        assert_eq!(reduced(&read(&text)), expected, "{text}");
+        assert_eq!(reduced(&parsed(&text)), expected, "{text}");
     }
     let error = Text::parse("body", &format!("{BODY} reduced(r, y);"))
         .map(drop)
@@ -99,7 +94,7 @@ fn a_reduced_system_goes_as_one_whose_equations_have_the_position() {
             &text[..lagrangian],
             &text[lagrangian..]
         );
-        let (small, large) = (read(text), read(&whole));
+        let (small, large) = (parsed(text), parsed(&whole));
         assert!(!reduced(&large).contains(&0));
         let both = [nodes(&small, &start, 500), nodes(&large, &start, 500)];
         for (one, other) in both[0].iter().zip(&both[1]) {
@@ -147,7 +142,7 @@ fn momenta_are_those_of_the_declared_map() {
     // a body in a fluid: its mass varies with the attitude, so that the maps differ in the momentum
     let q = [&unit([1.0, 0.3, -0.4, 0.2])[..], &[0.3, -0.1, 0.4]].concat();
     for map in ["paper", "midpoint", "trapezoid"] {
-        let body = read(&format!(
+        let body = parsed(&format!(
             "coordinates(r: rotation, x: [3]);
              let w = r.angular_velocity();
              let u = r.inverse() * dot(x);
@@ -181,7 +176,7 @@ fn momenta_change_by_what_works_along_the_group() {
         // gravity leaves the momentum about the vertical
         ("- (r * [0.2, 0.1, 1])[2]", [false, false, true], [false; 3]),
     ] {
-        let top = read(&format!(
+        let top = parsed(&format!(
             "coordinates(r: rotation); let w = r.angular_velocity();
              lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 {text};"
         ));
@@ -201,7 +196,7 @@ fn momenta_change_by_what_works_along_the_group() {
     }
     // the constraint force of Suslov's problem does work along the axes of space; the momentum equation gives its
     // amount
-    let suslov = read(SUSLOV);
+    let suslov = parsed(SUSLOV);
     let all = legs(&suslov, &AnyStart::second_order(&q, &[0.6, -0.3, 0.0]));
     for k in 0..3 {
         let (missed, work, drift) = law(&suslov, &all, &axis(k));

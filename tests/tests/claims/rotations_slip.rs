@@ -5,8 +5,9 @@ use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
 use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, RunError, SeriesFailure, Tolerance, Unresolved};
 
-use crate::rotations::{Vector, cross, dot, joined, matrix, part, plus, rate, times, unit};
+use crate::rotations::{joined, part};
 use dsocs_tests::dop853;
+use dsocs_tests::vectors::{Vector, cross, dot, matrix, plus, rate, times, unit};
 
 const INERTIA: Vector = [2.0, 1.5, 1.0];
 const ARM: Vector = [0.2, 0.5, 1.0];

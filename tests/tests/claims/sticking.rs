@@ -6,6 +6,8 @@
 use dsocs_core::{AnyPath, Ensemble, Inputs, Start, Stepper, Stop, dsocs};
 use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::motion::distance;
+use dsocs_tests::scenes::elimination::Decomposed;
 use dsocs_tests::short_or_long;
 use dsocs_tests::text::{Flow, System, read};
 use proptest::prelude::*;
@@ -269,13 +271,13 @@ where
             for (q, v) in q.iter_mut().zip(&v) {
                 *q += 0.5 * dt * v;
             }
-            let mass = (self.mass)(&q);
+            let mass = Decomposed::new((self.mass)(&q).map(|row| row.to_vec()).to_vec()).unwrap();
             let force = (self.force)(t + 0.5 * dt, &q, &v);
-            let free = solve(&mass, &force);
+            let free = mass.solve(&force);
             for (v, a) in v.iter_mut().zip(&free) {
                 *v += dt * a;
             }
-            let responses = self.contacts.map(|(direction, _)| solve(&mass, &direction));
+            let responses = self.contacts.map(|(direction, _)| mass.solve(&direction));
             for (response, impulse) in responses.iter().zip(&impulses) {
                 for (v, r) in v.iter_mut().zip(response) {
                     *v -= r * impulse;
@@ -286,7 +288,7 @@ where
                 for ((impulse, response), (direction, largest)) in
                     impulses.iter_mut().zip(&responses).zip(&self.contacts)
                 {
-                    let along = |x: &[f64; N]| direction.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
+                    let along = |x: &[f64]| direction.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
                     let slip = along(&v) - (self.belt)(t + dt);
                     let wanted = *impulse + slip / along(response);
                     let next = wanted.clamp(-dt * largest, dt * largest);
@@ -307,27 +309,6 @@ where
         }
         q
     }
-}
-
-/// Solves linear equations.
-fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> [f64; N] {
-    let (mut matrix, mut right) = (*matrix, *right);
-    for k in 0..N {
-        for i in k + 1..N {
-            let (factor, above) = (matrix[i][k] / matrix[k][k], matrix[k]);
-            for (entry, above) in matrix[i].iter_mut().zip(above) {
-                *entry -= factor * above;
-            }
-            right[i] -= factor * right[k];
-        }
-    }
-    for k in (0..N).rev() {
-        for j in k + 1..N {
-            right[k] -= matrix[k][j] * right[j];
-        }
-        right[k] /= matrix[k][k];
-    }
-    right
 }
 
 /// Three blocks in a row, coupled by springs and pushed at one end; friction with the floor, and between the second and the third one.
@@ -377,11 +358,6 @@ impl Row {
         };
         reference.run(start, [0.0; 3], 1e-4, until)
     }
-}
-
-/// The largest difference of components.
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    x.iter().zip(y).fold(0.0, |most, (x, y)| (x - y).abs().max(most))
 }
 
 /// The position at a time, the number of steps with sticking, and of those without.

@@ -3,7 +3,6 @@
 
 #![allow(clippy::float_cmp)] // times are kept as they are given
 
-#[allow(dead_code)] // the paper's systems are written by hand for other tests
 use dsocs_core::geometry::motion;
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Node, RunError, SeriesFailure, SetupError, Start, Stepper, System};

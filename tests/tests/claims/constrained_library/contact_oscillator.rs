@@ -3,7 +3,8 @@
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::ContactOscillator;
 
-use super::{continuous, distance, integrate, is_second, order, start};
+use super::{continuous, integrate, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 /// The right-hand side for the state `(x, y, z, ẋ, ẏ, ż)`, with the multiplier of `(−y, 0, 1)` from the constraint's derivative.
 fn by_hand(oscillator: &ContactOscillator, [x, y, z, vx, vy, vz]: [f64; 6]) -> [f64; 6] {

@@ -4,7 +4,8 @@
 use dsocs_core::{Flow, Leg, RunError, Start, Stepper};
 use dsocs_systems::{ExactDecrease, InertiaWheelPendulum};
 
-use super::{continuous, distance, order, start};
+use super::{continuous, order, start};
+use dsocs_tests::motion::distance;
 
 /// `V` on a leg, at its middle.
 fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {

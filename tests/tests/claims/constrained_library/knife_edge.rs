@@ -5,7 +5,8 @@ use dsocs_systems::KnifeEdge;
 use dsocs_tests::declared;
 use dsocs_tests::text::Flow;
 
-use super::{continuous, distance, fitted, is_second, order, start};
+use super::{continuous, fitted, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 const STEPS: [f64; 5] = [0.1, 0.05, 0.025, 0.0125, 0.00625];
 

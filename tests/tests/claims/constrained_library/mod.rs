@@ -12,10 +12,10 @@ mod sleigh;
 mod snakeboard;
 mod sphere;
 
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Start, Stepper, System};
+use dsocs_core::{Start, System};
 use dsocs_systems::systems;
 use dsocs_tests::fit::slope;
+use dsocs_tests::motion::{self, discrete};
 
 use dsocs_tests::dop853;
 
@@ -30,46 +30,27 @@ fn start<const N: usize>(name: &str) -> ([f64; N], [f64; N]) {
     (q0.try_into().unwrap(), v0.try_into().unwrap())
 }
 
-/// The last position of the discrete motion.
-fn discrete<S: System<N>, const N: usize>(
-    system: &S,
-    (q, v): ([f64; N], [f64; N]),
-    h: f64,
-    t: f64,
-) -> [f64; N] {
-    let mut flow = Flow::new(system, h, Start::second_order(q, v)).unwrap();
-    while flow.time() < t - h / 2.0 {
-        flow.advance().unwrap();
-    }
-    *flow.position()
-}
-
 /// The continuous motion of the declaration.
 fn continuous<S: System<N>, const N: usize>(
     system: &S,
     (q, v): ([f64; N], [f64; N]),
     t: f64,
 ) -> ([f64; N], [f64; N]) {
-    let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15)).unwrap();
-    let node = flow.to(t).unwrap();
+    let node = motion::continuous(system, Start::second_order(q, v), t);
     (node.q, node.v)
-}
-
-/// The largest difference of components.
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    let apart = x.iter().zip(y).map(|(x, y)| (x - y).abs());
-    apart.fold(0.0, |largest, x| if x <= largest { largest } else { x })
 }
 
 /// The order with which the discrete motion converges to an exact position, by a fit over the errors above the plateau.
 fn order<S: System<N>, const N: usize>(
     system: &S,
-    start: ([f64; N], [f64; N]),
+    (q, v): ([f64; N], [f64; N]),
     t: f64,
     steps: &[f64],
     error: impl Fn(&[f64; N]) -> f64,
 ) -> f64 {
-    fitted(steps, |h| error(&discrete(system, start, h, t)))
+    fitted(steps, |h| {
+        error(&discrete(system, h, Start::second_order(q, v), t).q)
+    })
 }
 
 /// The slope of the errors above the plateau.

@@ -2,7 +2,8 @@
 
 use dsocs_systems::NonholonomicParticle;
 
-use super::{continuous, distance, is_second, order, start};
+use super::{continuous, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 #[test]
 fn closed_form() {

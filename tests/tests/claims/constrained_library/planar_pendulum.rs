@@ -3,7 +3,8 @@
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::PlanarPendulum;
 
-use super::{continuous, distance, fitted, integrate, is_second, order, start};
+use super::{continuous, fitted, integrate, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 /// Small ones: the swing is fast, and terms of higher order show at larger steps.
 const STEPS: [f64; 5] = [0.0025, 0.00125, 0.000_625, 0.000_312_5, 0.000_156_25];

@@ -4,7 +4,8 @@
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 
-use super::{continuous, distance, fitted, is_second, order, start};
+use super::{continuous, fitted, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 /// The state in angles at a time.
 fn by_angles(t: f64) -> ([f64; 2], [f64; 2]) {

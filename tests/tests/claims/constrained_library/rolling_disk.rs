@@ -3,7 +3,8 @@
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::RollingDisk;
 
-use super::{continuous, distance, is_second, order, start};
+use super::{continuous, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 #[test]
 fn closed_form() {

@@ -3,7 +3,8 @@
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::Sleigh;
 
-use super::{continuous, distance, fitted, integrate, is_second, order, start};
+use super::{continuous, fitted, integrate, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 const STEPS: [f64; 5] = [0.1, 0.05, 0.025, 0.0125, 0.00625];
 

@@ -3,7 +3,8 @@
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::Snakeboard;
 
-use super::{continuous, distance, integrate, is_second, order, start};
+use super::{continuous, integrate, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 #[test]
 fn it_moves_as_the_reduced_equations_say() {

@@ -4,7 +4,8 @@ use dsocs_core::geometry::{DiscreteFlow, momentum_map};
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{Sphere, SphericalPendulum};
 
-use super::{continuous, distance, is_second, order, start};
+use super::{continuous, is_second, order, start};
+use dsocs_tests::motion::distance;
 
 #[test]
 fn it_is_the_spherical_pendulum_in_angles() {

@@ -3,7 +3,8 @@
 use dsocs_core::{DependentRow, Flow, RunError, Start, StepFailure, Stepper};
 use dsocs_systems::Arm;
 
-use super::{continuous, discrete, distance, is_second};
+use super::is_second;
+use dsocs_tests::motion::{continuous, discrete, distance};
 
 fn start(arm: &Arm, t: f64) -> Start<2> {
     let (q, v) = arm.at(t);
@@ -59,7 +60,7 @@ fn the_tip_is_on_the_curve_and_the_torques_are_those_of_inverse_dynamics() {
     }
     let wanted = torques(&arm, 2.0);
     is_second("torques", [0.02, 0.01, 0.005, 0.0025], |h| {
-        distance(&discrete(&arm, start(&arm, 0.0), h, 2.0).force, &wanted)
+        distance(&discrete(&arm, h, start(&arm, 0.0), 2.0).force, &wanted)
     });
 }
 

@@ -2,13 +2,14 @@
 //! without.
 
 use dsocs_core::{
-    DependentRow, Flow, Node, Real, RunError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,
-    dsocs,
+    DependentRow, Flow, Node, RunError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance, dsocs,
 };
 use dsocs_systems::{FrictionPendulum, InertiaWheelPendulum, StalledPendulum};
 
-use super::{continuous, discrete, distance, is_second};
+use super::is_second;
 use dsocs_tests::dop853;
+use dsocs_tests::motion::{continuous, discrete, distance};
+use dsocs_tests::plan::Plan;
 
 const START: Start<2> = Start::second_order([0.5, 0.0], [0.0, 0.5]);
 
@@ -56,22 +57,6 @@ struct Driven {
     plan: Plan,
 }
 
-/// Torques at multiples of `h`, linear in between.
-struct Plan {
-    h: f64,
-    torques: Vec<f64>,
-}
-
-impl Plan {
-    fn at<R: Real>(&self, t: R) -> R {
-        let place = t / self.h;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
-        let first = (place.re().floor().max(0.0) as usize).min(self.torques.len() - 2);
-        let [from, to] = [self.torques[first], self.torques[first + 1]];
-        (place - first as f64) * (to - from) + from
-    }
-}
-
 /// The constraint force no longer contains the friction that is declared: replayed as an open-loop torque beside that friction
 /// it makes the same motion, and without the friction another one.
 #[test]
@@ -84,13 +69,13 @@ fn the_torque_replayed_beside_the_friction_makes_the_same_motion() {
     let h = 0.05;
     let nodes = nodes(&closed, h, 10.0 + h);
     let replay = |motor: f64| {
-        let torques = nodes.iter().map(|node| node.force[1]).collect();
+        let samples = nodes.iter().map(|node| node.force[1]).collect();
         let driven = Driven {
             i,
             j,
             m,
             motor,
-            plan: Plan { h, torques },
+            plan: Plan { h, samples },
         };
         let mut flow = Flow::new(&driven, h, Start::nodes(nodes[0].q, nodes[1].q)).unwrap();
         let replayed = flow.until(10.0).unwrap().nodes;
@@ -124,7 +109,7 @@ fn friction_in_the_pivot_that_is_made_up_for_leaves_the_motors_law() {
     println!("apart by {apart:.1e}");
     assert!(apart < 1e-10, "{apart:e}");
     is_second("θ", [0.1, 0.05, 0.025, 0.0125], |h| {
-        (discrete(&pendulum, START, h, 10.0).q[0] - theta).abs()
+        (discrete(&pendulum, h, START, 10.0).q[0] - theta).abs()
     });
     // the friction matters: 5 N m s turn the pendulum by more than any error
     let free = continuous(&InertiaWheelPendulum::default(), START, 10.0).q[0];

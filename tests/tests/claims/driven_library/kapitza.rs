@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use dsocs_core::{Event, Events, Flow, Occurrence, Start, Stepper, on_event};
 use dsocs_systems::Kapitza;
 
-use super::{continuous, discrete, is_second};
+use super::is_second;
 use dsocs_tests::dop853;
+use dsocs_tests::motion::{continuous, discrete};
 
 #[test]
 fn it_obeys_its_equation_of_motion() {
@@ -21,7 +22,7 @@ fn it_obeys_its_equation_of_motion() {
     println!("apart by {:.1e}, {:.1e}", node.q[0] - theta, node.v[0] - v);
     assert!((node.q[0] - theta).abs() < 1e-11 && (node.v[0] - v).abs() < 1e-9);
     is_second("angle", [0.0008, 0.0004, 0.0002, 0.0001], |h| {
-        (discrete(&pendulum, start, h, 2.01).q[0] - theta).abs()
+        (discrete(&pendulum, h, start, 2.01).q[0] - theta).abs()
     });
 }
 

@@ -4,8 +4,9 @@ use dsocs_core::geometry::{DiscreteFlow, momentum_map};
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::QuaternionTop;
 
-use super::{continuous, discrete, distance, is_second};
+use super::is_second;
 use dsocs_tests::dop853;
+use dsocs_tests::motion::{continuous, discrete, distance};
 
 #[test]
 fn it_precesses_steadily_at_the_known_rate() {
@@ -23,7 +24,7 @@ fn it_precesses_steadily_at_the_known_rate() {
         println!("θ = {theta}, spin {spin:.2}: apart by {apart:?}");
         assert!(apart[0] < 1e-11 && apart[1] < 5e-10, "{apart:?}");
         is_second("precession", [0.001, 0.0005, 0.00025, 0.000_125], |h| {
-            distance(&discrete(&top, Start::second_order(q, v), h, 1.0).q, &at(1.0).0)
+            distance(&discrete(&top, h, Start::second_order(q, v), 1.0).q, &at(1.0).0)
         });
     }
 }
@@ -62,7 +63,7 @@ fn it_obeys_eulers_equations() {
     assert!(apart < 1e-10, "{apart:e}");
     let known = continuous(&top, Start::second_order(q, v), 1.0).q;
     is_second("attitude", [0.001, 0.0005, 0.00025, 0.000_125], |h| {
-        distance(&discrete(&top, Start::second_order(q, v), h, 1.0).q, &known)
+        distance(&discrete(&top, h, Start::second_order(q, v), 1.0).q, &known)
     });
 }
 

@@ -3,7 +3,8 @@
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::Train;
 
-use super::{continuous, discrete, distance, is_second};
+use super::is_second;
+use dsocs_tests::motion::{continuous, discrete, distance};
 
 /// The closed form against the equations of motion with complex amplitudes, mass by mass.
 #[test]
@@ -42,7 +43,7 @@ fn a_train_that_is_in_step_stays_so() {
     let node = continuous(&train, start, 20.3);
     assert!(distance(&node.q, &known) < 2e-14 && distance(&node.v, &velocity) < 5e-14);
     is_second("steady", [0.04, 0.02, 0.01, 0.005], |h| {
-        distance(&discrete(&train, start, h, 20.3).q, &known)
+        distance(&discrete(&train, h, start, 20.3).q, &known)
     });
 }
 

@@ -4,7 +4,8 @@ use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Inputs, RunError, Start, Stepper};
 use dsocs_systems::Vehicle;
 
-use super::{distance, is_second};
+use super::is_second;
+use dsocs_tests::motion::distance;
 
 /// The time for which a steering angle is held: a controller at 20 Hz.
 const HELD: f64 = 0.05;

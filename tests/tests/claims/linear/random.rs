@@ -9,8 +9,9 @@ use dsocs_core::text::TapeKernel;
 use dsocs_core::{AnyStart, OwnedNode, Tolerance};
 use dsocs_tests::scenes::random::Random;
 
+use super::at;
 use super::step::exponential;
-use super::{at, read};
+use dsocs_tests::text::parsed;
 
 /// Weights of the difference quotient of eighth order.
 const WEIGHTS: [(f64, f64); 4] = [(1.0, 0.8), (2.0, -0.2), (3.0, 4.0 / 105.0), (4.0, -1.0 / 280.0)];
@@ -108,7 +109,7 @@ fn models_of_random_systems_are_derivatives_of_their_flows() {
     for bound in [Bound::Free, Bound::Holonomic, Bound::Nonholonomic, Bound::Law] {
         for _ in 0..6 {
             let text = declared(&mut random, bound);
-            let system = read(&text);
+            let system = parsed(&text);
             let point = OperatingPoint::new(&system, at(&[0.0; 3], &[0.0; 3]));
             let model = point.continuous().unwrap();
             let time = 0.4;
@@ -170,7 +171,7 @@ fn models_in_motion_are_derivatives_of_the_acceleration() {
     for bound in [Bound::Free, Bound::Law] {
         for _ in 0..8 {
             let text = declared(&mut random, bound);
-            let system = read(&text);
+            let system = parsed(&text);
             let mut numbers = || -> Vec<f64> { (0..3).map(|_| random.between(-0.6, 0.6)).collect() };
             let (q, v) = (numbers(), numbers());
             let model = OperatingPoint::new(&system, at(&q, &v))
@@ -212,7 +213,7 @@ fn random_systems_are_found_at_rest_again() {
     let mut random = Random::new(32);
     for bound in [Bound::Free, Bound::Holonomic] {
         for _ in 0..6 {
-            let system = read(&declared(&mut random, bound));
+            let system = parsed(&declared(&mut random, bound));
             let guess: Vec<f64> = (0..3).map(|_| random.between(-0.05, 0.05)).collect();
             let found = EquilibriumSearch::new(&system).near(&guess).unwrap();
             // whichever equilibrium was found, the motion from there stays

@@ -5,7 +5,8 @@ use dsocs_core::geometry::DiscreteFlow;
 use dsocs_core::linear::{LinearModel, LinearTime, OperatingPoint};
 use dsocs_core::{AnyLeg, Declaration, OwnedLeg};
 
-use super::{assert_close, at, model, read};
+use super::{assert_close, at, model};
+use dsocs_tests::text::parsed;
 
 /// The product of two matrices.
 pub fn product(x: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
@@ -63,22 +64,22 @@ fn distance(x: &[Vec<f64>], y: &[Vec<f64>]) -> f64 {
 
 #[test]
 fn the_step_is_the_exponential_to_third_order() {
-    let cart = read(super::CART_POLE);
-    let rod = read(
+    let cart = parsed(super::CART_POLE);
+    let rod = parsed(
         "parameters { length = 0.8, gravity = 9.81, damping = 0.5, push = 0.0 }
          coordinates(x, y);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
          holonomic = x.powi(2) + y.powi(2) - length.powi(2);
          external_forces = (push - damping * dot(x), -damping * dot(y));",
     );
-    let law = read(
+    let law = parsed(
         "parameters { spring = 9.0, brake = 1.2, push = 0.0 }
          coordinates(x, theta);
          lagrangian = dot(x).powi(2) + 0.2 * theta.cos() * dot(x) * dot(theta) + dot(theta).powi(2) / 4 - theta.cos();
          kinematic = ddot(theta) + brake * dot(theta) + spring * theta - push;
          constraint_forces = [(1, 0)];",
     );
-    let knife = read(
+    let knife = parsed(
         "parameters { push = 0.0, offset = 0.3 }
          coordinates(x, y, theta);
          let across = dot(y) * theta.cos() - dot(x) * theta.sin();
@@ -87,7 +88,7 @@ fn the_step_is_the_exponential_to_third_order() {
          nonholonomic = across;
          external_forces = (push, 0, push);",
     );
-    let hung = read(
+    let hung = parsed(
         "parameters { mass = 0.7, stiffness = 5.0, rest = 0.3, gravity = 9.81 }
          coordinates(x);
          lagrangian = mass / 2 * dot(x).powi(2) - stiffness / 2 * (x - rest).powi(2) + mass * gravity * x;",
@@ -135,7 +136,7 @@ fn the_step_is_the_exponential_to_third_order() {
 fn an_oscillator_by_hand() {
     // q″ = −k q + u, with L_d at the first node of a leg: e = h² (u − k q1), v = (d + e/2)/h
     let (stiffness, h) = (3.0, 0.1);
-    let spring = read(
+    let spring = parsed(
         "parameters { stiffness = 3.0, push = 0.0 }
          coordinates(x);
          lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2) + push * x;",
@@ -171,7 +172,7 @@ fn reported(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, near: &[f64], ste
 #[test]
 fn in_motion_the_step_is_the_derivative_of_the_nodes() {
     // nothing is constant here: masses and forces vary, also in time, and the maps are not the paper's
-    let system = read(
+    let system = parsed(
         "parameters { gain = 0.7, bias = 0.2 }
          coordinates(x, y);
          lagrangian = (1.5 + y.sin()) / 2 * dot(x).powi(2) + dot(y).powi(2) / 2 + 0.3 * (x + t).cos() * dot(x) * dot(y) - x.powi(2) * y.cos();
@@ -247,7 +248,7 @@ fn model_at_rest(system: &dyn Kernel, h: f64) -> Vec<Vec<f64>> {
 
 #[test]
 fn bound_states_have_bases_that_obey_the_constraints() {
-    let plane = read(
+    let plane = parsed(
         "coordinates(x, y, z);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - z;
          holonomic = x.powi(2) + y.powi(2) + z.powi(2) - 1;",

@@ -2,6 +2,8 @@
 //! method of order 4 with tiny steps, to each event by bisection, and from there in the only modes that are
 //! consistent. It shares no code with the project.
 
+use dsocs_tests::scenes::elimination::Decomposed;
+
 /// Bodies and surfaces: `M(q) a = F(t, q, v) - Σ sₖ μₖ(|gₖ|) Dₖ` with the slips `gₖ = Dₖ v - wₖ(t, q)`; `sₖ`
 /// is the sign of `gₖ`, or the value that keeps it zero.
 pub(super) trait Scene<const N: usize> {
@@ -49,34 +51,6 @@ pub(super) struct Motion<const N: usize> {
 
 fn dot<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
-/// Solves linear equations with pivots.
-fn solve(mut m: Vec<Vec<f64>>, mut r: Vec<f64>) -> Option<Vec<f64>> {
-    let n = r.len();
-    for k in 0..n {
-        let p = (k..n).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))?;
-        m.swap(k, p);
-        r.swap(k, p);
-        if m[k][k].abs() < 1e-12 {
-            return None;
-        }
-        for i in k + 1..n {
-            let f = m[i][k] / m[k][k];
-            let (above, below) = m.split_at_mut(i);
-            for (entry, pivot) in below[0].iter_mut().zip(&above[k]).skip(k) {
-                *entry -= f * pivot;
-            }
-            r[i] -= f * r[k];
-        }
-    }
-    for k in (0..n).rev() {
-        for j in k + 1..n {
-            r[k] -= m[k][j] * r[j];
-        }
-        r[k] /= m[k][k];
-    }
-    Some(r)
 }
 
 pub(super) struct Reference<'s, S, const N: usize>(pub(super) &'s S);
@@ -127,7 +101,11 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
             }
             right.push(drift(k));
         }
-        let found = solve(matrix, right)?;
+        let decomposed = Decomposed::new(matrix)?;
+        if decomposed.smallest_pivot() < 1e-12 {
+            return None;
+        }
+        let found = decomposed.solve(&right);
         let mut a = [0.0; N];
         a.copy_from_slice(&found[..N]);
         for (j, &k) in stuck.iter().enumerate() {

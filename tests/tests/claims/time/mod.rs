@@ -6,6 +6,7 @@ use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Node, Real, Start, Stepper, dsocs};
 use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::motion::{STEPS, assert_position, assert_second_order, continuous, discrete};
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 use dsocs_tests::dop853;
@@ -14,8 +15,6 @@ mod runs;
 
 /// The driven oscillator `x″ + x = 0.6 cos 1.7 t` at t = 10, from 1 with the velocity 0.3; with 40 digits, rounded.
 const DRIVEN: f64 = -1.181_296_335_684_487;
-
-const STEPS: [f64; 5] = [0.04, 0.02, 0.01, 0.005, 0.0025];
 
 /// Declares the driven oscillator with a map, or another discrete statement.
 macro_rules! driven {
@@ -64,52 +63,6 @@ driven! {
     /// The paper's discrete Lagrangian, written in nodes.
     DrivenNodes,
     discrete_lagrangian = ((x[1] - x[0]) / h).powi(2) / 2 - x[0].powi(2) / 2 + 0.6 * (1.7 * t[0]).cos() * x[0];
-}
-
-/// The last node of the discrete motion.
-fn discrete<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, until: f64) -> Node<N> {
-    Flow::new(system, h, start)
-        .unwrap()
-        .until(until)
-        .unwrap()
-        .nodes
-        .pop()
-        .unwrap()
-}
-
-/// The node of the continuous motion.
-fn continuous<S: System<N>, const N: usize>(system: &S, start: Start<N>, until: f64) -> Node<N> {
-    let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-15)).unwrap();
-    flow.to(until).unwrap()
-}
-
-/// The largest difference of components.
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    let apart = x.iter().zip(y).map(|(x, y)| (x - y).abs());
-    apart.fold(0.0, |largest, x| if x <= largest { largest } else { x })
-}
-
-/// Fits the order of the discrete position and asserts that it is two.
-fn is_of_order_2(name: &str, error: impl Fn(f64) -> f64) {
-    let errors = STEPS.map(error);
-    let order = slope(&STEPS, &errors);
-    println!("{name}: order {order:.4}, errors {errors:?}");
-    assert!((order - 2.0).abs() < 0.02, "{name}: {order}");
-}
-
-/// Compares a system with a known position: the Taylor flow to rounding, the step to order 2.
-fn assert_position<S: System<N>, const N: usize>(
-    name: &str,
-    system: &S,
-    start: Start<N>,
-    until: f64,
-    known: &[f64; N],
-    rounding: f64,
-) {
-    let apart = distance(&continuous(system, start, until).q, known);
-    println!("{name}: Taylor flow {apart:.1e}");
-    assert!(apart < rounding, "{name}: {apart:e}");
-    is_of_order_2(name, |h| distance(&discrete(system, h, start, until).q, known));
 }
 
 /// A motion by the method of Dormand and Prince from the time `t0`.
@@ -243,7 +196,7 @@ fn a_bead_on_a_turning_wire_is_its_closed_form() {
     assert!((flow.multipliers(&node)[0] - normal).abs() < 1e-13);
     let [_, rate] = along_the_wire(1.0);
     assert!((2.0 * 0.7 * rate + 9.81 * f64::cos(0.7) - normal).abs() < 1e-13);
-    is_of_order_2("normal force", |h| {
+    assert_second_order("normal force", |h| {
         let mut flow = Flow::new(&BEAD, h, start).unwrap();
         let node = flow.until(1.0).unwrap().nodes.pop().unwrap();
         (flow.multipliers(&node)[0] - normal).abs()

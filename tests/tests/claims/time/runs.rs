@@ -11,11 +11,9 @@ use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
-use super::{
-    BEAD, Driven, DrivenMidpoint, ON_THE_WIRE, SLALOM, Steered, along_the_wire, assert_position, discrete,
-    distance,
-};
+use super::{BEAD, Driven, DrivenMidpoint, ON_THE_WIRE, SLALOM, Steered, along_the_wire};
 use dsocs_tests::dop853;
+use dsocs_tests::motion::{assert_position, discrete, distance};
 
 #[test]
 fn a_start_moves_with_what_it_is_bound_to() {
