@@ -88,12 +88,6 @@ pub mod pendulum {
         G * ((I + J) * v[0] + J * v[1]) + K * J * (v[0] + v[1])
     }
 
-    /// The sum of the sizes of the terms of `w`, to which its rounding is relative.
-    #[must_use]
-    pub fn w_terms(v: [f64; 2]) -> f64 {
-        G.abs() * ((I + J) * v[0].abs() + J * v[1].abs()) + K.abs() * J * (v[0].abs() + v[1].abs())
-    }
-
     /// `T(θ, ψ)`.
     #[must_use]
     pub fn t(q: [f64; 2]) -> f64 {

@@ -10,6 +10,7 @@ pub mod motion;
 pub mod plan;
 #[cfg(doctest)]
 mod readme;
+pub mod rods;
 pub mod scenes;
 pub mod tape;
 pub mod text;

@@ -2,6 +2,7 @@
 
 use dsocs_core::__private::{AnyLeg, At, Declaration, Report, RunState};
 use dsocs_core::{Kernel, Leg, NodeMut, NodeScalars, System};
+use dsocs_scenes::random::Random;
 
 /// Compares all functions of a step at a leg, with the unknowns that belong to a second difference and to
 /// multipliers.
@@ -73,46 +74,34 @@ fn same(name: &str, code: &[f64], tape: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-/// Random numbers between -1 and 1.
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn numbers(&mut self, count: usize, size: f64) -> Vec<f64> {
-        (0..count).map(|_| size * self.number()).collect()
-    }
+/// Random numbers up to this size.
+fn numbers(random: &mut Random, count: usize, size: f64) -> Vec<f64> {
+    (0..count).map(|_| random.between(-size, size)).collect()
 }
 
 /// All results of a kernel in one step, from random inputs.
 fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
     let shape = kernel.shape();
     let (n, m) = (shape.dimension(), shape.unknowns);
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let h = [0.1, 0.01, 1e-3][usize::try_from(seed % 3).unwrap()];
     let parameters: Vec<f64> = (0..shape.parameters.len())
-        .map(|place| kernel.value(place) * (1.0 + 0.5 * random.number()))
+        .map(|place| kernel.value(place) * random.between(0.5, 1.5))
         .collect();
     let mut constants = vec![f64::NAN; shape.constants];
     kernel.constants(&parameters, h, &mut constants);
-    kernel.remember(&mut constants, &random.numbers(n, h * h));
+    kernel.remember(&mut constants, &numbers(&mut random, n, h * h));
     let mut past = vec![f64::NAN; n];
     kernel.past(&constants, &mut past);
     let leg = AnyLeg {
-        t: 5.0 * random.number(),
-        q: &random.numbers(n, 2.0),
-        d: &random.numbers(n, h),
+        t: random.between(-5.0, 5.0),
+        q: &numbers(&mut random, n, 2.0),
+        d: &numbers(&mut random, n, h),
     };
     let mut known = vec![f64::NAN; shape.known];
     kernel.known(&constants, leg, &mut known);
-    let e = random.numbers(n, h * h);
-    let multipliers = random.numbers(shape.forms, 1.0);
+    let e = numbers(&mut random, n, h * h);
+    let multipliers = numbers(&mut random, shape.forms, 1.0);
     let mut z = vec![f64::NAN; m];
     kernel.unknown(&e, &multipliers, &mut z);
     let at = At {

@@ -12,6 +12,7 @@ use dsocs_core::{
 use dsocs_systems::Entry;
 use dsocs_systems::check::{Begin, Expected, Settings, check, check_tape};
 use dsocs_systems::systems::*;
+use dsocs_tests::rods::Rods;
 use dsocs_tests::tape::same_everywhere;
 
 /// A system from the tape and the shape of a compiled one, copied as if they had been read from a file.
@@ -463,22 +464,6 @@ fn same_findings<S: System<N> + Clone + Send + 'static, const N: usize>(system: 
     compiled.len()
 }
 
-/// In a module of its own, because the generated code calls `entries`, which is also a function of `Kernel`.
-mod rods {
-    use dsocs_core::dsocs;
-
-    /// Points on massless rods in the plane, hanging from a pivot: most of the Jacobian is zero.
-    #[dsocs {
-        coordinates(x: [14], y: [14]);
-        lagrangian = sum(0..14, |i| (1 + i / 10) * ((dot(x[i]).powi(2) + dot(y[i]).powi(2)) / 2 - gravity * y[i]));
-        let rod = |i| (x[i] - x[i - 1]).powi(2) + (y[i] - y[i - 1]).powi(2) - 0.25;
-        holonomic = [x[0].powi(2) + y[0].powi(2) - 0.25, each(1..14, |i| rod(i))];
-    }]
-    pub struct Rods {
-        pub gravity: f64,
-    }
-}
-
 /// A driven system that is affine in its unknowns, with functions that lanes compute one by one, and with
 /// tables.
 #[dsocs {
@@ -648,7 +633,7 @@ fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
         hanging.q[i] = 0.1 * (i + 1) as f64;
         hanging.q[14 + i] = -0.24_f64.sqrt() * (i + 1) as f64;
     }
-    let rods = rods::Rods { gravity: 9.81 };
+    let rods = Rods::default();
     assert!(rods.kernel().sparse().is_some());
     let [same, failed] = same_lanes(&rods, &hanging);
     assert!(same > 100 && failed == 0, "{same} {failed}");

@@ -8,6 +8,8 @@ use dsocs_core::{Composition, Inputs, Samples, Start, Stepper, Tolerance};
 use dsocs_tests::declared;
 use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
+use crate::roots::Either;
+
 declared! {
     /// A mass on a rod; its push may be NaN.
     #[derive(Clone)]
@@ -25,15 +27,6 @@ declared! {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = -1 / x.powi(2);
-}
-
-declared! {
-    /// An oscillator, or a uniform motion: two roots at every step.
-    struct Either;
-    coordinates(x);
-    lagrangian = dot(x).powi(2) / 2;
-    kinematic = (dot(x) - 0.8) * (ddot(x) + x);
-    constraint_forces = [(1,)];
 }
 
 /// The error of a program that ends with it.
@@ -64,11 +57,15 @@ fn is_what_main_prints() {
         }),
         of(|| {
             let start = Start::second_order([1.8], [1.36]);
-            Ok(Flow::new(&Either, 0.5, start)?.to(8.0).map(|_| ())?)
+            Ok(Flow::new(&Either { drift: 0.8 }, 0.5, start)?
+                .to(8.0)
+                .map(|_| ())?)
         }),
         of(|| {
             let start = Start::second_order([1.8], [1.36]);
-            Ok(Flow::new(&Either, 0.5, start)?.until(8.0).map(|_| ())?)
+            Ok(Flow::new(&Either { drift: 0.8 }, 0.5, start)?
+                .until(8.0)
+                .map(|_| ())?)
         }),
         of(|| Ok(samples([1.0, 0.0]).map(|_| ())?)),
         of(|| Ok(samples([1.0, f64::NAN]).map(|_| ())?)),

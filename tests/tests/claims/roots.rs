@@ -10,8 +10,8 @@ declared! {
     /// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
     ///
     /// With the second difference `e` the discrete solutions are `e = −h² x₁` and `e = 2(h drift − d)`.
-    struct Either {
-        drift: f64,
+    pub(crate) struct Either {
+        pub(crate) drift: f64,
     }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

@@ -5,31 +5,8 @@
 use dsocs_core::__private::Compiled;
 use dsocs_core::prelude::*;
 use dsocs_core::{Leg, StepFailure, System as _};
+use dsocs_tests::rods::Rods;
 use dsocs_tests::tape;
-
-/// Points on massless rods in the plane, hanging from a pivot, in Cartesian coordinates.
-#[dsocs {
-    coordinates(x: [14], y: [14]);
-    lagrangian = sum(0..14, |i| masses[i] * ((dot(x[i]).powi(2) + dot(y[i]).powi(2)) / 2 - gravity * y[i]));
-    let rod = |i| (x[i] - x[i - 1]).powi(2) + (y[i] - y[i - 1]).powi(2) - length.powi(2);
-    holonomic = [x[0].powi(2) + y[0].powi(2) - length.powi(2), each(1..14, |i| rod(i))];
-}]
-#[derive(Clone, Debug)]
-struct Rods {
-    masses: [f64; 14],
-    length: f64,
-    gravity: f64,
-}
-
-impl Default for Rods {
-    fn default() -> Self {
-        Self {
-            masses: core::array::from_fn(|i| 1.0 + 0.1 * i as f64),
-            length: 0.5,
-            gravity: 9.81,
-        }
-    }
-}
 
 /// Positions of rods that lean more and more to the right.
 fn leaning(by: f64) -> [f64; 28] {

@@ -4,6 +4,8 @@ use dsocs_core::{DependentRow, RunError, SetupError, Start, StepFailure, Stepper
 use dsocs_tests::declared;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
+use crate::roots::Either;
+
 declared! {
     /// Two coordinates with one mass for their sum.
     struct OneMass;
@@ -139,17 +141,6 @@ fn two_accelerations_are_no_dependent_rows() {
         matches!(&error, SetupError::Acceleration { deficiency: Some(deficiency), .. } if deficiency.at_guess_alone),
         "{error:?}"
     );
-}
-
-declared! {
-    /// An oscillator, or a uniform motion: two roots at every step.
-    struct Either {
-        drift: f64,
-    }
-    coordinates(x);
-    lagrangian = dot(x).powi(2) / 2;
-    kinematic = (dot(x) - drift) * (ddot(x) + x);
-    constraint_forces = [(1,)];
 }
 
 /// The error of an ambiguous step contains the distance of both solutions, and does not call distant
