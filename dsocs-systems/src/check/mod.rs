@@ -18,7 +18,7 @@ use dsocs_core::__private::TapeKernel;
 use dsocs_core::{NearlySingular, RunError, SeriesError, SetupError, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
-use crate::stability::{Bar, measured_or_reason, number};
+use crate::stability::{Bar, larger, measured_or_reason, number};
 
 use motion::motions::{DoubtfulSteps, MotionNode, State};
 use motion::{CheckedMotion, motions, states_at};
@@ -423,11 +423,6 @@ fn ends_itself(motion: &CheckedMotion<'_>) -> Option<String> {
 fn identities(motion: &CheckedMotion<'_>, report: &mut Report) {
     symplectic::identity(motion, report);
     momentum::identity(motion, report);
-}
-
-/// The larger of two numbers; NaN if either is.
-fn larger(x: f64, y: f64) -> f64 {
-    if x >= y || x.is_nan() { x } else { y }
 }
 
 /// The largest of some figures.

@@ -20,6 +20,7 @@ pub use envelope::Envelope;
 #[cfg(feature = "sweep")]
 pub use map::HeatMap;
 pub use render::{FigureError, Format, encode};
+pub(crate) use svg::escaped;
 
 /// A colour-blind-safe blue (Okabe and Ito).
 pub const BLUE: &str = "#0072B2";

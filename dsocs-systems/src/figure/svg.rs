@@ -259,8 +259,8 @@ fn number(value: f64) -> String {
     }
 }
 
-/// Text escaped for SVG, between tags and in attributes.
-fn escaped(text: &str) -> String {
+/// Text escaped for SVG and HTML, between tags and in attributes.
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

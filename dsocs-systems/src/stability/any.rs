@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use super::{Bar, Measured, Report, Row, larger};
+use super::{Bar, Measured, Report, Row, distance, larger};
 use crate::check::Settings;
 use crate::entry::{self, Beginning, Entry, Method, Plan, RunFailure};
 
@@ -217,11 +217,6 @@ fn at(t: f64, beginning: Beginning) -> Beginning {
 fn extent(positions: &[Vec<f64>]) -> f64 {
     let first = positions.first().map_or(&[][..], Vec::as_slice);
     positions.iter().map(|q| distance(q, first)).fold(0.0, larger)
-}
-
-/// The largest difference of two positions' coordinates.
-fn distance(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
 }
 
 /// A run to the end that the entry gives.

@@ -20,7 +20,7 @@ mod two_roots;
 use dsocs_core::text::TapeKernel;
 use dsocs_core::text::{Text, TextError};
 
-use super::{Bar, Measured, Report, Row, larger};
+use super::{Bar, Measured, Report, Row, distance, larger};
 
 /// A system that is declared for one figure. It is parsed when the figure is measured, which takes a
 /// millisecond; to compile it would take seconds.
@@ -148,8 +148,3 @@ pub const CASES: &[Case] = &[
         run: friction::run,
     },
 ];
-
-/// The largest absolute difference of two vectors' components.
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
-}

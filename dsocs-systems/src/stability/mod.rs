@@ -160,6 +160,11 @@ impl Report<'_> {
 }
 
 /// The larger of two numbers; NaN if either is, which `f64::max` would ignore.
-fn larger(x: f64, y: f64) -> f64 {
+pub(crate) fn larger(x: f64, y: f64) -> f64 {
     if x >= y || x.is_nan() { x } else { y }
+}
+
+/// The largest difference of two vectors' components; NaN if one is.
+fn distance(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
 }

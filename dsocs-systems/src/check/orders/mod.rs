@@ -124,19 +124,6 @@ pub fn orders<S: System<N>, const N: usize>(
     orders_to(&TypedSystem::new(system), &settings, f64::INFINITY)
 }
 
-/// Measures the orders for a system that was not compiled, from the start of the settings.
-///
-/// # Errors
-///
-/// As [`orders`].
-#[doc(hidden)]
-pub fn orders_of_tape(
-    kernel: &dsocs_core::__private::TapeKernel,
-    settings: &Settings<'_>,
-) -> Result<Orders, CheckFailure> {
-    orders_to(kernel, settings, f64::INFINITY)
-}
-
 /// Measures the orders for any system, over at most the time `default_duration` unless the settings give an end.
 pub(crate) fn orders_to(
     system: &dyn Motions,

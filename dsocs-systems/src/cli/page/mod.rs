@@ -14,6 +14,7 @@ use std::path::Path;
 use serde_json::{Map, Value};
 
 use crate::cli::CliError;
+use crate::figure::escaped;
 
 /// The style sheet of a page.
 const STYLE: &str = include_str!("page.css");
@@ -160,14 +161,6 @@ pub fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<Ce
     }
     html.push_str("</tbody></table></div>");
     html
-}
-
-/// Text escaped for HTML, between tags and in attributes.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 /// Escaped text; parts between backticks become code.

@@ -7,7 +7,7 @@ use crate::cli::figures::moments::Moments;
 use crate::cli::page::bodies::Bodies;
 use crate::cli::page::{self, Cell, Page, Scene, rounded};
 use crate::entry::{Column, Description, Drawing, Entry};
-use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style};
+use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style, escaped};
 
 /// Width and height of a figure, in pixels: readable on a telephone.
 const FIGURE_SIZE: [f64; 2] = [400.0, 230.0];
@@ -176,8 +176,8 @@ impl PageContent {
             );
             page.add(format!(
                 "<figure data-path=\"{} {}\">{figure}<figcaption>({}, {}) = <output></output></figcaption></figure>",
-                page::escaped(&across.name),
-                page::escaped(&up.name),
+                escaped(&across.name),
+                escaped(&up.name),
                 page::with_subscripts(&label(across)),
                 page::with_subscripts(&label(up)),
             ));
@@ -238,7 +238,7 @@ impl PageContent {
                 };
                 page.add(format!(
                     "<figure data-column=\"{}\">{}<figcaption>{} = <output></output></figcaption></figure>",
-                    page::escaped(&column.name),
+                    escaped(&column.name),
                     figure.on_page(
                         &format!("column-{place}"),
                         &format!("{} against time", plain(&label(column)))

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::rounded;
 use super::space::{Camera, VisibleFace};
 use crate::entry::{Drawing, Shape};
+use crate::figure::escaped;
 
 /// Width and largest height of the picture, in pixels.
 const SIZE: [f64; 2] = [560.0, 460.0];
@@ -109,7 +110,7 @@ impl Scene {
         let mut svg = format!(
             "<svg id=\"mechanism\" class=\"figure\" role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {width:.0} {height:.0}\" \
              data-scale=\"{:?} {:?} {:?}\">\n",
-            super::escaped(title),
+            escaped(title),
             self.scale,
             self.origin[0],
             self.origin[1],
@@ -130,7 +131,7 @@ impl Scene {
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 {width:.0} {height:.0}\">\n\
              <title>{}</title>\n<style>{STYLE}</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-            super::escaped(title),
+            escaped(title),
         );
         self.trails(&mut svg);
         let last = self.drawings.len().saturating_sub(1);

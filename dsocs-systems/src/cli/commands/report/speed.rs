@@ -13,7 +13,7 @@ use crate::cli::output::progress;
 use crate::cli::page::{self, Cell, Page};
 use crate::cli::{CliError, Program};
 use crate::entry::{Beginning, Entry, Method, Plan};
-use crate::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Panel, Style, VERMILION};
+use crate::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Panel, Style, VERMILION, escaped};
 
 /// The problems, their ends in s.
 const PROBLEMS: [(&str, f64); 2] = [("particle", 100.0), ("pendulum", 100.0)];
@@ -143,7 +143,7 @@ pub fn show(page: &mut Page, points: &[Point], read: bool) {
     let choices = problems.iter().enumerate().map(|(place, problem)| {
         format!(
             "<label><input type=\"radio\" name=\"problem\" value=\"{0}\"{1}> {0}</label>",
-            page::escaped(problem),
+            escaped(problem),
             if place == 0 { " checked" } else { "" }
         )
     });
@@ -159,10 +159,10 @@ pub fn show(page: &mut Page, points: &[Point], read: bool) {
         let title = format!("{problem}: largest error against the time of the whole solution");
         page.add(format!(
             "<figure data-switch=\"problem\" data-choice=\"{0}\" data-points=\"{1}\">{2}<figcaption>{3}</figcaption></figure>",
-            page::escaped(problem),
-            page::escaped(&name),
+            escaped(problem),
+            escaped(&name),
             figure.on_page(&name, &title),
-            page::escaped(&title),
+            escaped(&title),
         ));
         points_by_name.insert(name, values);
     }

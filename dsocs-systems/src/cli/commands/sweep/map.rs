@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::CliError;
-use crate::cli::arguments::expression;
+use crate::cli::arguments::start::assignment;
 use crate::cli::figures::label::label;
 use crate::cli::output::OutputFile;
 use crate::entry::{Column, UnknownName};
@@ -48,12 +48,6 @@ pub struct MapArguments {
     /// The figure: an .svg file, or with the feature `png` a .png file
     #[arg(long, value_name = "FILE", default_value = "sweep.svg")]
     out: PathBuf,
-}
-
-/// Reads `name=value`.
-fn assignment(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    Ok((name.trim().to_owned(), expression::number(value)?))
 }
 
 /// Draws a sweep.
