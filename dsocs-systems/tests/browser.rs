@@ -3,12 +3,17 @@
 //!
 //! Skipped with a message where there is no Chromium (`apt-get install chromium` on Debian).
 
+mod chromium;
+mod program;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
+
+use chromium::browser;
 
 /// The largest size of a page, in bytes.
 const MOST: u64 = 1_000_000;
@@ -16,22 +21,6 @@ const MOST: u64 = 1_000_000;
 /// The script that inspects pages. Each page is in a frame of a given width, whose document the script can
 /// read.
 const PROBE: &str = include_str!("browser.js");
-
-/// The browser, if there is one.
-fn browser() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    let folders = std::env::split_paths(&path);
-    let candidates = folders.flat_map(|folder| {
-        [
-            "chromium",
-            "chromium-browser",
-            "chromium-headless-shell",
-            "google-chrome",
-        ]
-        .map(|name| folder.join(name))
-    });
-    candidates.into_iter().find(|candidate| candidate.is_file())
-}
 
 /// The findings of the script for each page in a frame of its width, in pixels.
 fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
@@ -99,11 +88,7 @@ fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
 
 /// Runs the command with these arguments in this folder.
 fn dsocs(folder: &Path, arguments: &[&str]) {
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let output = program::dsocs(folder, arguments).output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {stderr}");
     assert!(output.stdout.len() < 500, "rows were not asked for");

@@ -1,19 +1,16 @@
 //! The command line: exit status, messages and files of every command.
 
+mod program;
+
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
 use dsocs_systems::systems;
 use serde_json::Value;
 
-/// The command with these arguments, in an empty folder.
-fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
-    command.args(arguments).current_dir(folder);
-    command
-}
+use program::dsocs;
 
 /// The output of the command with these arguments, in an empty folder.
 fn output(arguments: &[&str]) -> Output {

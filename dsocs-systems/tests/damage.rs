@@ -1,17 +1,15 @@
 //! The command line under adverse conditions: full disks, signals, partial files, wrong arguments.
 #![cfg(target_os = "linux")]
 
+mod program;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
-    command.args(arguments).current_dir(folder);
-    command
-}
+use program::dsocs;
 
 fn output(folder: &Path, arguments: &[&str]) -> (Output, String) {
     let output = dsocs(folder, arguments).output().unwrap();

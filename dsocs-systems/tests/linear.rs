@@ -1,20 +1,15 @@
 //! `linearize` and `equilibrium` on the command line, against models by hand.
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod program;
 
 use serde_json::Value;
 
-/// The output of the command, in a folder.
-fn dsocs(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
-    command.args(arguments).current_dir(folder).output().unwrap()
-}
+use program::dsocs;
 
 /// Standard output of a command that succeeds.
 fn stdout(arguments: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let output = dsocs(folder.path(), arguments);
+    let output = dsocs(folder.path(), arguments).output().unwrap();
     assert!(
         output.status.success(),
         "{}",
@@ -26,7 +21,7 @@ fn stdout(arguments: &[&str]) -> String {
 /// Exit status and standard error of a command that fails.
 fn refused(arguments: &[&str]) -> (i32, String) {
     let folder = tempfile::tempdir().unwrap();
-    let output = dsocs(folder.path(), arguments);
+    let output = dsocs(folder.path(), arguments).output().unwrap();
     assert!(output.stdout.is_empty(), "{arguments:?}");
     (
         output.status.code().unwrap(),
@@ -154,17 +149,23 @@ fn a_text_file_has_them_too_and_a_failing_guess_is_told() {
             "--free",
             "push",
         ],
-    );
+    )
+    .output()
+    .unwrap();
     let table = String::from_utf8(held.stdout).unwrap();
     assert!(held.status.success() && table.contains(" push  -1"), "{table}");
-    let none = dsocs(folder.path(), &["equilibrium", "hill.dsocs"]);
+    let none = dsocs(folder.path(), &["equilibrium", "hill.dsocs"])
+        .output()
+        .unwrap();
     let stderr = String::from_utf8(none.stderr).unwrap();
     assert_eq!(none.status.code(), Some(1));
     assert!(
         stderr.contains("no equilibrium is found from the guess [0]"),
         "{stderr}"
     );
-    let model = dsocs(folder.path(), &["linearize", "hill.dsocs", "--q0", "0.5"]);
+    let model = dsocs(folder.path(), &["linearize", "hill.dsocs", "--q0", "0.5"])
+        .output()
+        .unwrap();
     assert!(
         String::from_utf8(model.stdout)
             .unwrap()

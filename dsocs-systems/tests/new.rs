@@ -5,18 +5,13 @@
 //! optimization, since it takes few steps. The user's crate of the tests (`front_door`) has the same profile,
 //! so both share the engine.
 
+mod program;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
-/// The command with these arguments, in this folder.
-fn dsocs(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
+use program::dsocs;
 
 /// The folder of the workspace.
 fn workspace() -> PathBuf {
@@ -49,7 +44,7 @@ fn build(crate_folder: &Path, name: &str) -> PathBuf {
 #[test]
 fn a_new_crate_builds_runs_and_is_checked() {
     let folder = tempfile::tempdir().unwrap();
-    let output = dsocs(folder.path(), &["new", "my-swing"]);
+    let output = dsocs(folder.path(), &["new", "my-swing"]).output().unwrap();
     assert!(
         output.status.success(),
         "{}",
@@ -116,7 +111,9 @@ fn a_crate_of_a_text_file_says_the_same_word_for_word_and_gives_the_same_bits() 
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("beads.dsocs"), BEADS).unwrap();
     fs::write(folder.path().join("push.csv"), "0,0\n1,1\n2,0.5\n").unwrap();
-    let output = dsocs(folder.path(), &["new", "--from", "beads.dsocs:fast", "my-beads"]);
+    let output = dsocs(folder.path(), &["new", "--from", "beads.dsocs:fast", "my-beads"])
+        .output()
+        .unwrap();
     assert!(
         output.status.success(),
         "{}",
@@ -146,7 +143,9 @@ fn a_crate_of_a_text_file_says_the_same_word_for_word_and_gives_the_same_bits() 
         .current_dir(&crate_folder)
         .output()
         .unwrap();
-    let text = dsocs(folder.path(), &["run", "beads.dsocs:fast"]);
+    let text = dsocs(folder.path(), &["run", "beads.dsocs:fast"])
+        .output()
+        .unwrap();
     assert!(own.status.success() && text.status.success());
     assert!(own.stdout == text.stdout, "the same bits");
 }
@@ -159,7 +158,9 @@ fn what_a_text_says_is_no_code_of_the_crate() {
     let hostile = "#![doc = \"One.\\nfn main() { one }\"]\nparameters {\n#[doc = \"two\\n} fn two() {}\"]\nlength = 1.0 }\n\
                    coordinates(#[doc = \"three\\n} fn three() {}\"] x);\nlagrangian = length * dot(x).powi(2);\nrun { start = ([1], [0]); }";
     fs::write(folder.path().join("hostile.dsocs"), hostile).unwrap();
-    let output = dsocs(folder.path(), &["new", "--from", "hostile.dsocs", "mine"]);
+    let output = dsocs(folder.path(), &["new", "--from", "hostile.dsocs", "mine"])
+        .output()
+        .unwrap();
     assert!(
         output.status.success(),
         "{}",
@@ -177,7 +178,9 @@ fn what_a_text_says_is_no_code_of_the_crate() {
         ("nothing", "no system"),
         ("particle", "more than a text can say"),
     ] {
-        let output = dsocs(folder.path(), &["new", "--from", from, "other"]);
+        let output = dsocs(folder.path(), &["new", "--from", from, "other"])
+            .output()
+            .unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(!output.status.success() && message.contains(part), "{message}");
         assert!(!folder.path().join("other").exists());
@@ -196,7 +199,7 @@ fn what_is_no_place_or_no_name_for_a_crate_is_refused() {
         (&["new", "dsocs-core"], "is no name for a new crate"),
         (&["new", "mine", "--checkout", "full"], "no checkout of dsocs"),
     ] {
-        let output = dsocs(folder.path(), arguments);
+        let output = dsocs(folder.path(), arguments).output().unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(message.contains(part), "{message}");

@@ -4,6 +4,8 @@
 // numbers are compared to the last bit
 #![allow(clippy::float_cmp)]
 
+mod program;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,8 +18,7 @@ use dsocs_systems::systems;
 
 /// The command with these arguments, without the variables that a scheduler may have set.
 fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
-    command.args(arguments).current_dir(folder);
+    let mut command = program::dsocs(folder, arguments);
     for name in [
         "SLURM_ARRAY_TASK_ID",
         "SLURM_PROCID",

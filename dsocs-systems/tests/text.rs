@@ -1,19 +1,16 @@
 //! Systems from text files: every system of the library that can be written as a text runs from its text with
 //! the same bits.
 
+mod program;
+
 use std::fs;
-use std::process::Command;
 
 use dsocs_core::text::Text;
 use tempfile::TempDir;
 
 /// Standard output and standard error of the program, and whether it succeeds.
 fn dsocs(folder: &TempDir, arguments: &[&str]) -> (String, String, bool) {
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
+    let output = program::dsocs(folder.path(), arguments).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (text(output.stdout), text(output.stderr), output.status.success())
 }
@@ -474,9 +471,7 @@ fn readers_that_go_away_end_a_program_quietly() {
         (&["--help"], 0),
         (&["run", "--no-such-option"], 2),
     ] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-            .args(arguments)
-            .current_dir(folder.path())
+        let mut child = program::dsocs(folder.path(), arguments)
             .stdout(std::process::Stdio::piped())
             .stderr(std::process::Stdio::piped())
             .spawn()

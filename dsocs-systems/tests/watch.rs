@@ -3,14 +3,20 @@
 
 #![cfg(unix)]
 
+mod chromium;
+mod program;
+
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
+
+use chromium::browser;
+use program::dsocs;
 
 /// The largest time to wait, however slow the machine is.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -50,9 +56,7 @@ impl Watching {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("swing.dsocs"), swing("A pendulum.")).unwrap();
         fs::write(folder.path().join("pull.csv"), "t,pull\n0,0\n1,1\n2,0.5\n4,2\n").unwrap();
-        let mut child = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-            .args(["watch", "swing.dsocs"])
-            .current_dir(folder.path())
+        let mut child = dsocs(folder.path(), &["watch", "swing.dsocs"])
             .stdout(Stdio::piped())
             .stderr(File::create(folder.path().join("stderr")).unwrap())
             .spawn()
@@ -249,10 +253,7 @@ fn other_machines_and_other_pages_are_told_nothing() {
 #[test]
 fn what_is_no_text_file_is_refused() {
     let refused = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-            .args(arguments)
-            .output()
-            .unwrap();
+        let output = dsocs(Path::new("."), arguments).output().unwrap();
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };
@@ -269,20 +270,6 @@ fn what_is_no_text_file_is_refused() {
         stderr.contains("cannot show a page at a port of this machine"),
         "{stderr}"
     );
-}
-
-/// The browser, if there is one.
-fn browser() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    let folders = std::env::split_paths(&path);
-    let names = [
-        "chromium",
-        "chromium-browser",
-        "chromium-headless-shell",
-        "google-chrome",
-    ];
-    let mut candidates = folders.flat_map(|folder| names.map(|name| folder.join(name)));
-    candidates.find(|candidate| candidate.is_file())
 }
 
 /// A browser that is controlled through two pipes (Chrome's devtools protocol: messages that end with a zero

@@ -1,17 +1,12 @@
 //! `check --orders`, and the table and listings of the book's chapter on orders.
 
 use std::path::Path;
-use std::process::Command;
 
-use super::BEAD;
+use super::{BEAD, program};
 
 /// Standard output and standard error of the command, and whether it succeeds.
 fn dsocs(folder: &Path, arguments: &[&str]) -> (String, String, bool) {
-    let run = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let run = program::dsocs(folder, arguments).output().unwrap();
     let [out, stderr] = [run.stdout, run.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     (out, stderr, run.status.success())
 }

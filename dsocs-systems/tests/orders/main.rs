@@ -3,6 +3,8 @@
 
 mod book;
 mod chance;
+#[path = "../program/mod.rs"]
+mod program;
 mod rotations;
 
 use dsocs_core::dsocs;

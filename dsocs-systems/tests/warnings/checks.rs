@@ -2,9 +2,8 @@
 //! reason.
 
 use std::fs;
-use std::process::Command;
 
-use super::attempt;
+use super::{attempt, program};
 
 /// Whether all checks of a text pass or are excused, and the output.
 fn check(text: &str, arguments: &[&str]) -> (bool, String) {
@@ -100,9 +99,7 @@ fn what_hardly_moves_loses_no_regularity() {
     let certified = |scene: &str| {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("bend.dsocs"), BEND).unwrap();
-        let run = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-            .args(["run", scene, "--certify", "--until", "2"])
-            .current_dir(folder.path())
+        let run = program::dsocs(folder.path(), &["run", scene, "--certify", "--until", "2"])
             .output()
             .unwrap();
         assert!(run.status.success());

@@ -8,11 +8,12 @@ mod energy;
 mod estimates;
 mod inputs;
 mod jumps;
+#[path = "../program/mod.rs"]
+mod program;
 mod samples;
 mod third_order;
 
 use std::fs;
-use std::process::Command;
 
 /// Whether a command succeeds on a text, with some files beside it; and its standard output and standard
 /// error.
@@ -27,10 +28,8 @@ fn attempt_with(
     for (name, content) in files {
         fs::write(folder.path().join(name), content).unwrap();
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args([command, "scene.dsocs"])
+    let output = program::dsocs(folder.path(), &[command, "scene.dsocs"])
         .args(arguments)
-        .current_dir(folder.path())
         .output()
         .unwrap();
     let outputs = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
