@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use dsocs_core::text::{Text, TextError};
 use dsocs_core::{AnyFlow, AnyStart, Kernel};
+use dsocs_scenes::random::Random;
 
 /// The largest time to read a text and to take ten steps, however slow the machine is.
 const LONGEST: Duration = Duration::from_secs(60);
@@ -111,23 +112,9 @@ fn declared(folder: &Path, texts: &mut Vec<String>) {
     }
 }
 
-/// Random numbers (xorshift64*).
-struct Chance(u64);
-
-impl Chance {
-    /// A number below another.
-    fn below(&mut self, count: usize) -> usize {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        let high = self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33;
-        usize::try_from(high).unwrap() % count.max(1)
-    }
-
-    /// One of several strings.
-    fn one<'a>(&mut self, all: &[&'a str]) -> &'a str {
-        all.get(self.below(all.len())).copied().unwrap_or("")
-    }
+/// One of several strings.
+fn one<'a>(random: &mut Random, all: &[&'a str]) -> &'a str {
+    all.get(random.below(all.len())).copied().unwrap_or("")
 }
 
 /// The tokens of a text: words, numbers, spaces, and every other character alone.
@@ -147,44 +134,44 @@ fn pieces(text: &str) -> Vec<&str> {
 }
 
 /// A text with a few random changes.
-fn mutated(chance: &mut Chance, texts: &[String]) -> Vec<u8> {
-    let text = &texts[chance.below(texts.len())];
-    let other = pieces(&texts[chance.below(texts.len())]);
+fn mutated(random: &mut Random, texts: &[String]) -> Vec<u8> {
+    let text = &texts[random.below(texts.len())];
+    let other = pieces(&texts[random.below(texts.len())]);
     let mut own = pieces(text);
     // a single change often leaves a system, many seldom do
-    for _ in 0..[1, 1, 1, 1, 2, 2, 3, 6][chance.below(8)] {
-        let (at, to) = (chance.below(own.len()), chance.below(own.len()));
-        let few = |chance: &mut Chance, length: usize| (at, (at + 1 + chance.below(12)).min(length));
-        match chance.below(9) {
+    for _ in 0..[1, 1, 1, 1, 2, 2, 3, 6][random.below(8)] {
+        let (at, to) = (random.below(own.len()), random.below(own.len()));
+        let few = |random: &mut Random, length: usize| (at, (at + 1 + random.below(12)).min(length));
+        match random.below(9) {
             0 if !own.is_empty() => drop(own.remove(at)),
             1 if !own.is_empty() => own.swap(at, to),
-            2 if !own.is_empty() => own[at] = chance.one(&other),
-            3 if !own.is_empty() => own[at] = chance.one(&UNUSUAL),
-            4 => own.insert(at, chance.one(&UNUSUAL)),
-            5 => own.insert(at, chance.one(&other)),
+            2 if !own.is_empty() => own[at] = one(random, &other),
+            3 if !own.is_empty() => own[at] = one(random, &UNUSUAL),
+            4 => own.insert(at, one(random, &UNUSUAL)),
+            5 => own.insert(at, one(random, &other)),
             6 => {
-                let (from, end) = few(chance, own.len());
+                let (from, end) = few(random, own.len());
                 let again: Vec<&str> = own[from..end].to_vec();
                 own.splice(to..to, again);
             }
             7 => {
-                let (from, end) = few(chance, own.len());
+                let (from, end) = few(random, own.len());
                 own.drain(from..end);
             }
             _ => {
-                let from = chance.below(other.len());
-                let end = (from + 1 + chance.below(30)).min(other.len());
+                let from = random.below(other.len());
+                let end = (from + 1 + random.below(30)).min(other.len());
                 own.splice(at..at, other[from..end].iter().copied());
             }
         }
     }
     let mut bytes = own.concat().into_bytes();
-    if chance.below(8) == 0 && !bytes.is_empty() {
-        let at = chance.below(bytes.len());
-        bytes[at] = u8::try_from(chance.below(256)).unwrap();
+    if random.below(8) == 0 && !bytes.is_empty() {
+        let at = random.below(bytes.len());
+        bytes[at] = u8::try_from(random.below(256)).unwrap();
     }
-    if chance.below(40) == 0 {
-        bytes.truncate(chance.below(bytes.len()));
+    if random.below(40) == 0 {
+        bytes.truncate(random.below(bytes.len()));
     }
     bytes
 }
@@ -230,7 +217,7 @@ fn given<T: FromStr<Err: Debug>>(name: &str, otherwise: T) -> T {
 #[test]
 fn whatever_is_done_to_a_text_ends_in_a_message_or_a_system() {
     let seconds = given("DSOCS_MUTATED_SECONDS", 4.0);
-    let mut chance = Chance(given("DSOCS_MUTATED_SEED", 1_u64).max(1));
+    let mut random = Random::new(given("DSOCS_MUTATED_SEED", 1));
     let mut texts: Vec<String> = dsocs_systems::systems::all()
         .iter()
         .filter_map(|entry| entry.text().ok())
@@ -248,7 +235,7 @@ fn whatever_is_done_to_a_text_ends_in_a_message_or_a_system() {
         // a long test begins with the unchanged texts
         let bytes = match usize::try_from(count).ok().and_then(|count| texts.get(count)) {
             Some(text) if seconds > 60.0 => text.clone().into_bytes(),
-            _ => mutated(&mut chance, &texts),
+            _ => mutated(&mut random, &texts),
         };
         fs::write(&place, &bytes).unwrap();
         let one = Instant::now();

@@ -2,49 +2,31 @@
 
 use std::fmt::Write as _;
 
+use dsocs_scenes::random::Random;
 use dsocs_scenes::short_or_long;
 use dsocs_systems::check::orders::{Order, Part};
 
 use super::{assert_order, of_text};
 
-/// Random numbers by a linear congruential generator.
-struct Draws(u64);
-
-impl Draws {
-    /// A number between 0 and 1.
-    fn number(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// One of some values.
-    fn one<T: Copy>(&mut self, of: &[T]) -> T {
-        self.number();
-        of[usize::try_from(self.0 >> 33).unwrap() % of.len()]
-    }
-
-    /// A coefficient, which may be zero.
-    fn coefficient(&mut self) -> String {
-        let is_zero = self.number() < 0.25;
-        let size = 0.3 + 0.6 * self.number();
-        format!("{:?}", if is_zero { 0.0 } else { size })
-    }
+/// A coefficient, which may be zero.
+fn coefficient(random: &mut Random) -> String {
+    let is_zero = random.chance(0.25);
+    let size = random.between(0.3, 0.9);
+    format!("{:?}", if is_zero { 0.0 } else { size })
 }
 
 /// The Lagrangian, constraints and maps of a random system, and whether its `D_K` and its `D_V` are of order
 /// 1 by their maps.
-fn drawn(draws: &mut Draws) -> (String, [bool; 2]) {
-    let [a, b, c, d, f] = core::array::from_fn(|_| draws.coefficient());
+fn drawn(random: &mut Random) -> (String, [bool; 2]) {
+    let [a, b, c, d, f] = core::array::from_fn(|_| coefficient(random));
     let mut text = format!(
         "coordinates(x, y);
         lagrangian = (2 + {a} * x.sin()) / 2 * dot(x).powi(2) + (1 + {b} * x.powi(2)) / 2 * dot(y).powi(2) + {c} / 2 * dot(x) * dot(y)
             + {d} * y.powi(2) * dot(x) - x.powi(2) / 2 - y.powi(2) - x * y / 3 - x.powi(3) / 5;
         external_forces = (-{f} * dot(x) * (1 + y.powi(2)), {f} * t.sin());\n"
     );
-    let place = draws.one(&[
+    let mut one = |of: &[&'static str]| of[random.below(of.len())];
+    let place = one(&[
         "q0",
         "q0 / 4 + 3 * q1 / 4",
         "(q0 + q1) / 2",
@@ -52,13 +34,14 @@ fn drawn(draws: &mut Draws) -> (String, [bool; 2]) {
         "q1",
     ]);
     let _ = writeln!(text, "phi_lagrangian = |q0, q1| ({place}, (q1 - q0) / h);");
-    if draws.number() < 0.3 {
+    if random.chance(0.3) {
         return (text, [false; 2]);
     }
     let mut low = [false; 2];
     for (low, statement) in low.iter_mut().zip(["phi_kinematic", "phi_variational"]) {
-        let place = draws.one(&["q1", "q1", "(q0 + 2 * q1 + q2) / 4", "q1 + (q2 - q0) / 8"]);
-        let velocity = draws.one(&[
+        let mut one = |of: &[&'static str]| of[random.below(of.len())];
+        let place = one(&["q1", "q1", "(q0 + 2 * q1 + q2) / 4", "q1 + (q2 - q0) / 8"]);
+        let velocity = one(&[
             "(q2 - q0) / (2 * h)",
             "(q2 - q0) / (2 * h)",
             "(q2 - q1) / h",
@@ -82,7 +65,7 @@ fn the_order_that_follows_is_seen_of_systems_by_chance() {
     let draws = short_or_long(12, 1000);
     let mut counts = [0; 3];
     for draw in 0..draws {
-        let (text, low) = drawn(&mut Draws(draw));
+        let (text, low) = drawn(&mut Random::new(draw));
         let found = of_text(&text, "", (&[0.4, -0.3], &[0.5, 0.8]), 0.02);
         assert!(
             matches!(found.follows, Order::Power { .. }),
