@@ -1,5 +1,7 @@
 //! Held inputs: a run back in time returns to the start, and constraints beside an input continue.
 
+use dsocs_scenes::random::Random;
+
 use super::attempt_with;
 
 /// The numbers in the last row of a run with an input.
@@ -92,11 +94,8 @@ fn a_law_goes_on_where_a_mass_changes() {
 fn values_that_never_hold_are_told_and_no_others() {
     let text = "parameters { u = 0.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2; let held = 1 * u; external_forces = held; observe = [held]; \
         run { start = ([0.0], [0.0]); step = 0.01; until = 2; }";
-    let mut draw = 7_u64;
-    let mut next = || {
-        draw = draw.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (draw >> 40) as f64 / (1_u64 << 24) as f64
-    };
+    let mut random = Random::new(7);
+    let mut next = || random.between(0.0, 1.0);
     let (mut warned, mut silent) = (0, 0);
     for case in 0..24 {
         let coarse = case % 3 == 0;
