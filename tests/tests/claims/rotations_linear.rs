@@ -293,7 +293,7 @@ fn moving(rotation: usize, n: usize) -> impl Iterator<Item = usize> {
 fn state_difference(rotation: usize, [q, v]: &[Vec<f64>; 2], [p, w]: &[Vec<f64>; 2]) -> Vec<f64> {
     let n = q.len();
     let mut way: Vec<f64> = p.iter().zip(q).map(|(p, q)| p - q).collect();
-    let own = turn(quaternion(&q, rotation), quaternion(&p, rotation));
+    let own = turn(quaternion(q, rotation), quaternion(p, rotation));
     way[rotation + 1..rotation + 4].copy_from_slice(&own);
     let speed: Vec<f64> = w.iter().zip(v).map(|(w, v)| w - v).collect();
     let pick = |all: &[f64]| moving(rotation, n).map(|i| all[i]).collect::<Vec<f64>>();
