@@ -214,6 +214,81 @@ fn the_motion_is_that_of_the_declaration() {
 }
 
 declared! {
+    /// A Lyapunov constraint by which the energy falls as under dry friction; its factor stands in an absolute value.
+    struct Falling {
+        dry: f64,
+    }
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    let energy = dot(x).powi(2) / 2 + x.powi(2) / 2;
+    kinematic = dot(energy) + dry * dot(x).abs();
+    constraint_forces = [1];
+    branch = divide(dot(x));
+}
+
+/// The force that such a constraint determines is that of dry friction, on both sides of a turn.
+#[test]
+fn a_factor_in_an_absolute_value_keeps_its_sign() {
+    let falling = Falling { dry: 0.05 };
+    let start = Start::second_order([1.0], [0.0]);
+    // three half turns, about 0.05, -0.05 and 0.05, and a part of one about -0.05
+    let exact = -0.05 - 0.65 * (12.0 - 3.0 * std::f64::consts::PI).cos();
+    let mut series = TaylorFlow::new(&falling, start, Tolerance::relative(1e-10)).unwrap();
+    assert!((series.to(12.0).unwrap().q[0] - exact).abs() < 1e-8);
+    for h in [0.01, 0.005] {
+        let mut flow = Flow::new(&falling, h, start).unwrap();
+        assert!((flow.to(12.0).unwrap().q[0] - exact).abs() < 0.2 * h);
+    }
+}
+
+/// Two masses in a row on springs, the second of which is damped: by a Lyapunov constraint whose dissipation has a corner where its factor
+/// vanishes, and by the force that follows from it.
+#[test]
+fn a_factor_in_the_pieces_of_a_choice_is_divided_piece_by_piece() {
+    let laws = [
+        ("0.3 * w.max(0).powi(2)", "0.3 * w.max(0)"),
+        (
+            "(0.3 * w.powi(2)).min(0.05 * w.abs())",
+            "(0.3 * w.abs()).min(0.05) * w.signum()",
+        ),
+        (
+            "if w > 0 { 0.3 * w.powi(2) } else { 0.6 * w.powi(2) }",
+            "if w > 0 { 0.3 * w } else { 0.6 * w }",
+        ),
+        ("0.05 * w.max(-w)", "0.05 * w.signum()"),
+    ];
+    let of = |law: &str| {
+        let text = format!(
+            "coordinates(x, y); let w = dot(y); \
+             lagrangian = (dot(x).powi(2) + w.powi(2)) / 2 - (x.powi(2) + (y - x).powi(2)) / 2; {law}"
+        );
+        dsocs_core::text::Text::parse("two", &text).unwrap().system
+    };
+    let start = dsocs_core::AnyStart::second_order(&[0.3, -0.2], &[0.0, 0.5]);
+    for (dissipation, force) in laws {
+        let declared = of(&format!(
+            "let energy = (dot(x).powi(2) + w.powi(2)) / 2 + (x.powi(2) + (y - x).powi(2)) / 2; \
+             kinematic = dot(energy) + {dissipation}; constraint_forces = [(0, 1)]; branch = divide(w);"
+        ));
+        let forced = of(&format!("external_forces = (0, -({force}));"));
+        let ends = [&declared, &forced].map(|system| {
+            let mut series =
+                dsocs_core::taylor::AnyTaylorFlow::of_tape(system, &start, Tolerance::relative(1e-10))
+                    .unwrap();
+            let run: &mut dyn dsocs_core::Run = &mut series;
+            run.to(10.0)
+                .unwrap_or_else(|error| panic!("{dissipation}: {error}"));
+            let mut node = dsocs_core::OwnedNode::new(2);
+            node.take(run);
+            node.any().q.to_vec()
+        });
+        for (x, exact) in ends[0].iter().zip(&ends[1]) {
+            assert!((x - exact).abs() < 1e-7, "{dissipation}: {ends:?}");
+        }
+    }
+}
+
+declared! {
     /// Two masses on a floor with dry friction, coupled by a spring and by their inertia.
     struct Two {
         inertia: f64,

@@ -316,26 +316,51 @@ fn divide_exactly(
     Some(graph.linear(0.0, &open))
 }
 
-/// A term divided by an expression that stands in it as a factor, or within an absolute value: `|b c| / b = sign(b) |c|`.
+/// A term divided by an expression that stands in it as a factor, or within an absolute value or a choice.
 fn without_base(graph: &mut Graph, term: NodeId, base: NodeId) -> Option<NodeId> {
-    let contains = |factors: &[(NodeId, i32)]| factors.iter().any(|&(node, n)| node == base && n > 0);
-    let own = graph.factors(term);
-    if contains(&own) {
+    let factors = graph.factors(term);
+    if factors.iter().any(|&(node, n)| node == base && n > 0) {
         return Some(graph.product(&[(term, 1), (base, -1)]));
     }
-    own.into_iter().filter(|&(_, n)| n > 0).find_map(|(node, _)| {
-        let &Node::Unary(Unary::Abs, inner) = graph.node(node) else {
-            return None;
-        };
-        let (scale, unscaled) = graph.split(inner);
-        if !contains(&graph.factors(unscaled)) {
+    factors.into_iter().filter(|&(_, n)| n > 0).find_map(|(node, _)| {
+        if !matches!(graph.node(node), Node::Unary(Unary::Abs, _) | Node::Select(..)) {
             return None;
         }
-        let other = graph.product(&[(unscaled, 1), (base, -1)]);
-        let [other, sign] = [(Unary::Abs, other), (Unary::Signum, base)].map(|(of, x)| graph.unary(of, x));
-        let quotient = graph.product(&[(term, 1), (node, -1), (other, 1), (sign, 1)]);
-        Some(graph.scale(scale.abs(), quotient))
+        let quotient = by_pieces(graph, node, base)?;
+        Some(graph.product(&[(term, 1), (node, -1), (quotient, 1)]))
     })
+}
+
+/// An expression divided by one that stands in all of its terms: `|b c| / b = sign(b) |c|`, and a choice between multiples of `b` is
+/// one between their quotients. Their values at `b = 0` are those of one side.
+fn by_pieces(graph: &mut Graph, value: NodeId, base: NodeId) -> Option<NodeId> {
+    let (scale, unscaled) = graph.split(value);
+    if unscaled == base || graph.vanishes(value) {
+        let scale = if unscaled == base { scale } else { 0.0 };
+        return Some(graph.constant(scale));
+    }
+    match *graph.node(value) {
+        Node::Unary(Unary::Abs, inner) => {
+            let other = by_pieces(graph, inner, base)?;
+            let (other, sign) = (graph.unary(Unary::Abs, other), graph.unary(Unary::Signum, base));
+            Some(graph.mul(other, sign))
+        }
+        Node::Select(op, [left, right, then, otherwise]) => {
+            let then = by_pieces(graph, then, base)?;
+            let otherwise = by_pieces(graph, otherwise, base)?;
+            Some(graph.select(op, left, right, then, otherwise))
+        }
+        Node::Sum(constant, ref terms) if constant.get() == 0.0 => {
+            let terms: Vec<(NodeId, f64)> = terms.iter().map(|&(term, c)| (term, c.get())).collect();
+            let divided = terms
+                .into_iter()
+                .map(|(term, c)| Some((by_pieces(graph, term, base)?, c)));
+            let divided: Option<Vec<_>> = divided.collect();
+            Some(graph.linear(0.0, &divided?))
+        }
+        Node::Product(_) => without_base(graph, value, base),
+        _ => None,
+    }
 }
 
 /// Whether an expression is a polynomial in a variable by its operations: sums, and products without negative
@@ -436,8 +461,8 @@ mod tests {
         assert!(!inside(&graph), "{:?}", graph.node(reciprocal));
     }
 
-    /// `|w|`, `|2 w|`, `|w³|` and `|w c|` keep the sign of `w`, with and without other terms; `max(w, 0)²`, whose pieces
-    /// are polynomials, is no polynomial.
+    /// `|w|`, `|2 w|`, `|w³|`, `|w c|` and `√w²` keep the sign of `w`, with and without other terms; the pieces of `max(w, 0)²` and
+    /// of `min(w², |w|)` are divided each. No quotient has a denominator.
     #[test]
     fn a_corner_where_the_factor_vanishes_keeps_both_sides() {
         let mut graph = Graph::new();
@@ -458,19 +483,22 @@ mod tests {
         let root = graph.unary(Unary::Sqrt, square);
         let zero = graph.constant(0.0);
         let largest = graph.select(Comparison::Lt, w, zero, zero, w);
-        rows.extend([root, graph.powi(largest, 2)]);
+        let least = graph.select(Comparison::Lt, square, rows[0], square, rows[0]);
+        rows.extend([root, graph.powi(largest, 2), least]);
         for row in rows {
             for rest in [zero, w] {
                 let row = graph.add(row, rest);
                 let quotient = divided(&mut graph, row, w);
-                for at in [-1.7, -0.3, 0.4, 2.1] {
+                for at in [-1.7, -0.3, 0.0, 0.4, 2.1] {
                     let leaves = |leaf| match leaf {
                         Leaf::Z(0) => at - 0.7,
                         Leaf::N(0) => 0.7,
                         _ => -1.3,
                     };
                     let values = graph.values(&[row, quotient], &leaves, &|_| f64::NAN).unwrap();
-                    assert!((values[0] / at - values[1]).abs() < 1e-14, "{at} {values:?}");
+                    // where the factor vanishes, the quotient has the value of one side
+                    let is_right = (values[0] / at - values[1]).abs() < 1e-14;
+                    assert!(is_right || at == 0.0 && values[1].is_finite(), "{at} {values:?}");
                 }
             }
         }
