@@ -51,7 +51,7 @@ const CENTRE: f64 = 1e-7;
 /// /// A pendulum.
 /// #[dsocs {
 ///     coordinates(theta);
-///     lagrangian = inner_product(theta).powi(2) / 2 + gravity * theta.cos();
+///     lagrangian = dot(theta).powi(2) / 2 + gravity * theta.cos();
 /// }]
 /// struct Pendulum { gravity: f64 }
 ///
