@@ -17,6 +17,7 @@ use super::integrator::{Integrator, Outcome};
 use super::recurrences::SeriesKernel;
 use super::singular::{PAST, Past};
 use crate::number::point::AnyPoint;
+use crate::number::{inner_product, largest};
 use crate::regularity::undefined;
 use crate::series::rows::Series;
 use crate::solve::Vector;
@@ -284,12 +285,12 @@ impl Probe<'_> {
         let mut forms: Vec<Vector> = Vec::new();
         for row in rows[lower..].chunks_exact(n.max(1)) {
             let mut form = Vector::of(row).zip(&scale, |row, scale| row * scale);
-            let whole = product(&form, &form);
+            let whole = inner_product(&form, &form);
             // a second time for what rounding has left
             for _ in 0..2 {
                 remove(&forms, &mut form);
             }
-            let square = product(&form, &form);
+            let square = inner_product(&form, &form);
             if square > f64::EPSILON * whole {
                 forms.push(form.map(|x| x / square.sqrt()));
             }
@@ -320,20 +321,10 @@ impl Probe<'_> {
     }
 }
 
-/// The largest absolute component.
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| most.max(x.abs()))
-}
-
-/// The inner product.
-fn product(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
 /// Removes the parts along orthonormal vectors.
 fn remove(forms: &[Vector], x: &mut Vector) {
     for form in forms {
-        let part = product(form, x);
+        let part = inner_product(form, x);
         for (x, form) in x.iter_mut().zip(form.iter()) {
             *x -= part * form;
         }

@@ -263,10 +263,9 @@ fn divide_exactly(
         Node::Sum(constant, terms) => (constant.get(), terms.iter().map(|&(t, c)| (t, c.get())).collect()),
         _ => (0.0, vec![(value, 1.0)]),
     };
-    let mut open = Vec::new();
-    let mut rest = Vec::new();
+    let (mut open, mut rest, mut known) = (Vec::new(), Vec::new(), Quotients::default());
     for (term, c) in terms {
-        match without_base(graph, term, base) {
+        match without_base(graph, term, base, &mut known) {
             Some(quotient) => open.push((quotient, c / scale)),
             None => rest.push((term, c)),
         }
@@ -316,8 +315,11 @@ fn divide_exactly(
     Some(graph.linear(0.0, &open))
 }
 
+/// The quotients of expressions by one and the same, where there are any: choices share their parts.
+type Quotients = HashMap<NodeId, Option<NodeId>>;
+
 /// A term divided by an expression that stands in it as a factor, or within an absolute value or a choice.
-fn without_base(graph: &mut Graph, term: NodeId, base: NodeId) -> Option<NodeId> {
+fn without_base(graph: &mut Graph, term: NodeId, base: NodeId, known: &mut Quotients) -> Option<NodeId> {
     let factors = graph.factors(term);
     if factors.iter().any(|&(node, n)| node == base && n > 0) {
         return Some(graph.product(&[(term, 1), (base, -1)]));
@@ -326,39 +328,56 @@ fn without_base(graph: &mut Graph, term: NodeId, base: NodeId) -> Option<NodeId>
         if !matches!(graph.node(node), Node::Unary(Unary::Abs, _) | Node::Select(..)) {
             return None;
         }
-        let quotient = by_pieces(graph, node, base)?;
+        let quotient = by_pieces(graph, node, base, known)?;
         Some(graph.product(&[(term, 1), (node, -1), (quotient, 1)]))
     })
 }
 
 /// An expression divided by one that stands in all of its terms: `|b c| / b = sign(b) |c|`, and a choice between multiples of `b` is
 /// one between their quotients. Their values at `b = 0` are those of one side.
-fn by_pieces(graph: &mut Graph, value: NodeId, base: NodeId) -> Option<NodeId> {
+fn by_pieces(graph: &mut Graph, value: NodeId, base: NodeId, known: &mut Quotients) -> Option<NodeId> {
+    if let Some(&quotient) = known.get(&value) {
+        return quotient;
+    }
+    let quotient = divided_by_pieces(graph, value, base, known);
+    known.insert(value, quotient);
+    quotient
+}
+
+/// [`by_pieces`] of an expression that is not known yet.
+fn divided_by_pieces(
+    graph: &mut Graph,
+    value: NodeId,
+    base: NodeId,
+    known: &mut Quotients,
+) -> Option<NodeId> {
     let (scale, unscaled) = graph.split(value);
-    if unscaled == base || graph.vanishes(value) {
-        let scale = if unscaled == base { scale } else { 0.0 };
+    if unscaled == base {
         return Some(graph.constant(scale));
+    }
+    if graph.vanishes(value) {
+        return Some(graph.constant(0.0));
     }
     match *graph.node(value) {
         Node::Unary(Unary::Abs, inner) => {
-            let other = by_pieces(graph, inner, base)?;
+            let other = by_pieces(graph, inner, base, known)?;
             let (other, sign) = (graph.unary(Unary::Abs, other), graph.unary(Unary::Signum, base));
             Some(graph.mul(other, sign))
         }
         Node::Select(op, [left, right, then, otherwise]) => {
-            let then = by_pieces(graph, then, base)?;
-            let otherwise = by_pieces(graph, otherwise, base)?;
+            let then = by_pieces(graph, then, base, known)?;
+            let otherwise = by_pieces(graph, otherwise, base, known)?;
             Some(graph.select(op, left, right, then, otherwise))
         }
         Node::Sum(constant, ref terms) if constant.get() == 0.0 => {
             let terms: Vec<(NodeId, f64)> = terms.iter().map(|&(term, c)| (term, c.get())).collect();
             let divided = terms
                 .into_iter()
-                .map(|(term, c)| Some((by_pieces(graph, term, base)?, c)));
+                .map(|(term, c)| Some((by_pieces(graph, term, base, known)?, c)));
             let divided: Option<Vec<_>> = divided.collect();
             Some(graph.linear(0.0, &divided?))
         }
-        Node::Product(_) => without_base(graph, value, base),
+        Node::Product(_) => without_base(graph, value, base, known),
         _ => None,
     }
 }
