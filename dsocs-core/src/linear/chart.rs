@@ -2,7 +2,7 @@
 //! leave free.
 
 use super::slopes::{At, Direction, Slopes};
-use crate::number::inner_product;
+use crate::number::{inner_product, remove_part};
 use crate::solve::dense::{Matrix, ZERO, length};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
@@ -121,7 +121,7 @@ impl Basis {
                 // twice, since the first pass leaves rounding errors of the removed components
                 for _ in 0..2 {
                     for vector in bound.iter().chain(chosen.iter().map(|(_, vector)| vector)) {
-                        take_away(&mut rest, vector);
+                        remove_part(&mut rest, vector);
                     }
                 }
                 let size = length(&rest);
@@ -158,7 +158,7 @@ impl Basis {
             }
             for _ in 0..2 {
                 for known in &vectors {
-                    take_away(&mut within, known);
+                    remove_part(&mut within, known);
                 }
             }
             let size = length(&within);
@@ -169,15 +169,6 @@ impl Basis {
             along: self.along.clone(),
         }
     }
-}
-
-/// Removes the component of a vector along a direction.
-fn take_away(vector: &mut [f64], direction: &[f64]) {
-    let part = inner_product(vector, direction);
-    vector
-        .iter_mut()
-        .zip(direction)
-        .for_each(|(x, own)| *x -= part * own);
 }
 
 /// A vector divided by its length, with rounding errors set to zero.

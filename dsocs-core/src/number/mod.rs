@@ -36,6 +36,14 @@ pub(crate) fn inner_product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
+/// Removes the part of a vector along a direction, which has the length 1.
+pub(crate) fn remove_part(vector: &mut [f64], direction: &[f64]) {
+    let part = inner_product(vector, direction);
+    for (x, along) in vector.iter_mut().zip(direction) {
+        *x -= part * along;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::larger;

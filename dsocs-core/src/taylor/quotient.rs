@@ -17,7 +17,7 @@ use super::integrator::{Integrator, Outcome};
 use super::recurrences::SeriesKernel;
 use super::singular::{PAST, Past};
 use crate::number::point::AnyPoint;
-use crate::number::{inner_product, largest};
+use crate::number::{inner_product, largest, remove_part};
 use crate::regularity::undefined;
 use crate::series::rows::Series;
 use crate::solve::Vector;
@@ -259,7 +259,9 @@ impl Probe<'_> {
         direction: &Vector,
     ) -> Option<Vector> {
         let mut direction = direction.clone();
-        remove(&near.forms, &mut direction);
+        for form in &near.forms {
+            remove_part(&mut direction, form);
+        }
         let by = direction.zip(&near.scale, |y, scale| y * scale);
         let [back, on] = [-BESIDE, BESIDE].map(|step| {
             let by = centre.zip(&by, |v, by| v + step * by);
@@ -288,7 +290,9 @@ impl Probe<'_> {
             let whole = inner_product(&form, &form);
             // a second time for what rounding has left
             for _ in 0..2 {
-                remove(&forms, &mut form);
+                for known in &forms {
+                    remove_part(&mut form, known);
+                }
             }
             let square = inner_product(&form, &form);
             if square > f64::EPSILON * whole {
@@ -318,15 +322,5 @@ impl Probe<'_> {
         };
         let undefined = undefined::of_point(&self.equations.declaration(), point)?;
         (undefined.value == 0.0).then_some(undefined.expression)
-    }
-}
-
-/// Removes the parts along orthonormal vectors.
-fn remove(forms: &[Vector], x: &mut Vector) {
-    for form in forms {
-        let part = inner_product(form, x);
-        for (x, form) in x.iter_mut().zip(form.iter()) {
-            *x -= part * form;
-        }
     }
 }
