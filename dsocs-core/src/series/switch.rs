@@ -167,6 +167,11 @@ impl Switch {
         self.set = side;
     }
 
+    /// Counts the value as zero if that is within the given time, in which the argument has its present rate.
+    pub(crate) fn blur(&mut self, time: f64) {
+        self.scale = self.scale.max(self.coefficients[1].abs() * time / TOUCHES);
+    }
+
     /// Makes the next series continue the piece of this one.
     pub(crate) fn hold(&mut self) {
         self.set = self.side;

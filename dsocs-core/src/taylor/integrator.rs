@@ -438,8 +438,8 @@ impl Integrator {
                 at_corner,
                 ..
             } = trial.end;
-            let whole = size == left.abs();
-            let h = if whole { left } else { size.copysign(left) };
+            let (h, whole) = (size.copysign(left), size == left.abs());
+            let h = if whole { h } else { self.representable(h) };
             // at a corner the equations cannot be evaluated
             let judged_at = if at_corner { corner::JUDGED_AT * h } else { h };
             let t = if whole && !at_corner {

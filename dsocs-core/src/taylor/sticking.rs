@@ -56,6 +56,9 @@ const LEFT: f64 = 10.0;
 /// An argument that will be zero within this part of the motion's time scale counts as zero.
 const ARRIVES: f64 = 1e-9;
 
+/// The place of an argument's zero is known to this many roundings of the time.
+const ROUNDINGS_OF_TIME: f64 = 4.0;
+
 /// The arguments that rest, and the sides of those that slide.
 #[derive(Clone, Debug)]
 pub(super) struct Sticking {
@@ -114,7 +117,7 @@ impl Integrator {
         let point = AtPoint::new(declaration, (t, self.now.q(), self.now.v()));
         let tau = self.time_scale();
         let multipliers = declaration.shape().multipliers();
-        let time = if jumped { 0.0 } else { tau };
+        let time = if jumped { 0.0 } else { self.arrival(tau) };
         let zero = arrived(&point, (&a, multipliers), time, zero);
         let Some(found) = point.solve(&zero, multipliers, Some(&a)) else {
             return false;
@@ -160,12 +163,23 @@ impl Integrator {
         let multipliers = declaration.shape().multipliers();
         let mut zero = sides::zero(&declaration, t, q, v);
         if let Some(tau) = tau {
-            zero = arrived(&point, (self.acceleration(), multipliers), tau, Some(&zero));
+            zero = arrived(
+                &point,
+                (self.acceleration(), multipliers),
+                self.arrival(tau),
+                Some(&zero),
+            );
         }
         let forks = zero.contains(&true) && point.forks(&zero, multipliers, self.time_scale());
         if let Some(watch) = &mut self.watch {
             watch.forks = forks;
         }
+    }
+
+    /// An argument that will be zero within this time counts as zero, for a motion with the time scale `tau`:
+    /// late times are known no better than to their rounding, and arguments of moving surfaces with them.
+    fn arrival(&self, tau: f64) -> f64 {
+        ARRIVES * tau.abs() + ROUNDINGS_OF_TIME * self.rounding_of_time()
     }
 
     /// A time scale of the motion.
@@ -232,16 +246,21 @@ impl Integrator {
             }
             way.turn(rotations, q, v);
             if change <= ROUNDINGS || (change >= 0.5 * last && change <= MOST_ROUNDINGS) {
+                // a value at a place is that of the rounded time there
+                let late = |values: &[f64; COUNT]| {
+                    let moves = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+                    self.rounding_of_time() / h * moves.sum::<f64>()
+                };
                 // a jump of a resting body's law shows in its side alone
                 let mut unsteady = 0.0_f64;
                 for (coefficient, values) in way.sides.iter_mut().zip(&sides) {
                     let tail;
                     (*coefficient, tail) = coefficients(values);
-                    unsteady = larger(unsteady, tail);
+                    unsteady = larger(unsteady, tail - tail.min(late(values)));
                 }
                 for (i, tail) in tails.iter_mut().enumerate() {
                     let rounding = ROUNDINGS * f64::EPSILON * (held.reach[i] + held.x[i].abs());
-                    *tail = (*tail - rounding).max(0.0);
+                    *tail = (*tail - rounding - late(&values[i])).max(0.0);
                 }
                 let error = self.control.excess(v, &held.x[..n], &tails, h);
                 let error = larger(error, unsteady / self.control.relative().max(LEAST_TAIL));
@@ -373,7 +392,10 @@ impl Integrator {
         let part = event.map_or(1.0, |(part, _)| part);
         let fork = self.first_fork(equations, &sticking, &way, part);
         let whole = size == left && event.is_none() && fork.is_none();
-        let (event, part) = fork.map_or((event, part), |part| (None, part));
+        let (event, mut part) = fork.map_or((event, part), |part| (None, part));
+        if !whole {
+            part = self.representable(part * size) / size;
+        }
         self.take(equations, &way, part);
         if whole {
             self.t = Compensated::exact([until]);
@@ -416,7 +438,8 @@ impl Integrator {
             .zip(point.arguments().iter().zip(&fastest))
             .zip(&sticking.pieces)
             .map(|((is_zero, (argument, fastest)), piece)| {
-                *piece == Piece::Between && (is_zero || argument.abs() <= left.max(ARRIVES * span * fastest))
+                *piece == Piece::Between
+                    && (is_zero || argument.abs() <= left.max(self.arrival(span) * fastest))
             })
             .collect();
         let mut rest = sticking.pieces.iter().zip(&still);
@@ -531,19 +554,17 @@ impl Integrator {
     }
 }
 
-/// The arguments that are zero: the given ones, and those that arrive there within a part of the time `tau`,
-/// with the given acceleration.
+/// The arguments that are zero: the given ones, and those that arrive there within the `time`, with the given
+/// acceleration.
 fn arrived(
     point: &AtPoint<'_>,
     (a, multipliers): (&[f64], usize),
-    tau: f64,
+    time: f64,
     zero: Option<&[bool]>,
 ) -> Vec<bool> {
     let fastest = point.fastest(a, multipliers);
     let arguments = point.arguments().into_iter().zip(fastest).enumerate();
     arguments
-        .map(|(g, (argument, fastest))| {
-            zero.is_some_and(|zero| zero[g]) || argument.abs() <= ARRIVES * tau.abs() * fastest
-        })
+        .map(|(g, (argument, fastest))| zero.is_some_and(|zero| zero[g]) || argument.abs() <= time * fastest)
         .collect()
 }

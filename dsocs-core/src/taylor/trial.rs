@@ -183,7 +183,7 @@ impl Integrator {
         let Some(beyond) = trial.beyond.filter(|_| trial.end.at_switch) else {
             return h;
         };
-        let h = beyond.copysign(h);
+        let h = self.representable(beyond.copysign(h));
         self.arrive(equations, h, self.t.hi[0] + h);
         h
     }

@@ -49,6 +49,10 @@ const BEYOND: f64 = 1e-3;
 pub(super) struct Watch {
     /// Whether a sign may select a piece; else there are steep functions alone.
     pub has_pieces: bool,
+    /// Whether the declaration depends on time. Then an argument is known at times that are representable
+    /// alone, and steps end at these: between them its zero would be found where the rounded time has it,
+    /// and lost there again.
+    depends_on_time: bool,
     /// Whether a value is bounded, as a root is.
     pub(super) has_bounds: bool,
     crossings: Vec<Crossing>,
@@ -81,6 +85,7 @@ impl Watch {
             Box::new(Self {
                 since: t,
                 has_pieces: equations.has_pieces(),
+                depends_on_time: equations.declaration().shape().depends_on_time,
                 // steps allocate nothing
                 crossings: Vec::with_capacity(ROWS),
                 ..Self::default()
@@ -276,7 +281,8 @@ impl Integrator {
         let order = self.next.order();
         let mut values = [before, beyond].map(|s| self.margin_at(equations, direction * s));
         let mut left = EVALUATIONS;
-        while left > 0 && beyond - before > f64::EPSILON * beyond {
+        let rounding = self.rounding_of_time();
+        while left > 0 && beyond - before > rounding.max(f64::EPSILON * beyond) {
             left -= 1;
             let [a, b] = values;
             // the Illinois method, and bisection where it is slow or the values are useless
@@ -306,9 +312,30 @@ impl Integrator {
     fn margin_at(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> f64 {
         let order = self.next.order();
         self.next.set_order(2);
+        let h = self.representable(h);
         self.arrive(equations, h, self.time() + h);
         self.next.set_order(order);
         margin(equations, h.abs())
+    }
+
+    /// The length nearest to `h` of a step to a representable time, where the declaration depends on time;
+    /// else, and for steps shorter than the rounding of the time, `h` itself.
+    #[inline]
+    pub(super) fn representable(&self, h: f64) -> f64 {
+        if self.rounding_of_time() == 0.0 {
+            return h;
+        }
+        let t = &self.t;
+        let length = (t.hi[0] + h - t.hi[0]) - t.lo[0];
+        if length * h > 0.0 { length } else { h }
+    }
+
+    /// The distance of two representable times, at most, where the declaration depends on time; else zero.
+    pub(super) fn rounding_of_time(&self) -> f64 {
+        match &self.watch {
+            Some(watch) if watch.depends_on_time => f64::EPSILON * self.time().abs(),
+            _ => 0.0,
+        }
     }
 
     /// Continues after a step whose end belongs to the same pieces.
@@ -328,7 +355,7 @@ impl Integrator {
         tau: f64,
         (is_short, is_arrival): (bool, bool),
     ) {
-        let order = self.tells_to(tau);
+        let (order, rounding) = (self.tells_to(tau), self.rounding_of_time());
         let Some(mut watch) = self.watch.take() else {
             return;
         };
@@ -337,6 +364,7 @@ impl Integrator {
         watch.since = self.time();
         each(equations, |group, place, switch| {
             switch.begins_with(0);
+            switch.blur(2.0 * rounding);
             if switch.touches() {
                 watch
                     .touched

@@ -3,6 +3,7 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
+mod late;
 mod reference;
 
 use std::cell::Cell;
@@ -640,7 +641,7 @@ fn lanes_on_moving_surfaces_are_flows() {
 
 declared! {
     /// A mass on a spring, on a surface whose speed depends on time and place.
-    #[derive(Clone)]
+    #[derive(Clone, Debug)]
     struct Ends {
         stiff: f64,
         dry: f64,

@@ -1,0 +1,88 @@
+//! Friction on a swinging surface at late times, which are known to their rounding alone, and the surface's velocity with
+//! them.
+
+use dsocs_core::{Start, Stepper as _, Tolerance};
+use dsocs_tests::scenes::random::Random;
+use dsocs_tests::short_or_long;
+use dsocs_tests::text::TaylorFlow;
+
+use super::reference::{Reference, Scene};
+use super::{EVENT_CLEARANCE, Ends, MARGIN, REFERENCE_STEP};
+
+/// The scene of a mass from a time on, in the time since then.
+struct Since<'s>(&'s Ends, f64);
+
+impl Scene<1> for Since<'_> {
+    fn mass(&self, q: &[f64; 1]) -> [[f64; 1]; 1] {
+        self.0.mass(q)
+    }
+
+    fn force(&self, t: f64, q: &[f64; 1], v: &[f64; 1]) -> [f64; 1] {
+        self.0.force(t, q, v)
+    }
+
+    fn contacts(&self) -> usize {
+        self.0.contacts()
+    }
+
+    fn direction(&self, k: usize) -> [f64; 1] {
+        self.0.direction(k)
+    }
+
+    fn surface(&self, _: usize, t: f64, x: &[f64; 1]) -> (f64, f64, [f64; 1]) {
+        // by the addition theorem: the sum of both times would be rounded
+        let ((s0, c0), (s, c)) = ((2.0 * self.1).sin_cos(), (2.0 * t).sin_cos());
+        let (sin, cos) = (s0 * c + c0 * s, c0 * c - s0 * s);
+        let Ends { reach, by_place, .. } = *self.0;
+        (reach * sin + by_place * x[0], 2.0 * reach * cos, [by_place])
+    }
+
+    fn limit(&self, k: usize, slip: f64) -> f64 {
+        self.0.limit(k, slip)
+    }
+}
+
+#[test]
+fn series_stick_and_slip_at_late_times_as_at_early_ones() {
+    let mut random = Random::new(7);
+    let until = 6.0;
+    let (mut done, mut events, mut worst) = (0, 0, 0.0_f64);
+    while done < short_or_long(12, 300) {
+        let mass = Ends {
+            stiff: random.between(0.0, 2.0),
+            dry: random.between(0.2, 2.0),
+            reach: random.between(0.2, 1.0),
+            by_place: random.between(-0.3, 0.3),
+        };
+        let t0 = random.decades(1e3, 1e9);
+        let (x, v) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+        let motion = Reference(&Since(&mass, t0)).run(([x], [v]), &[false], [0.0, until], REFERENCE_STEP);
+        let Some(motion) = motion.filter(|motion| {
+            motion.margin > MARGIN
+                && motion.gap(&[], until) > 2.2 * EVENT_CLEARANCE
+                && motion.events.len() > 2
+        }) else {
+            continue;
+        };
+        done += 1;
+        events += motion.events.len();
+        // of the accelerations, over the rounding of the time
+        let known = f64::EPSILON * t0 * (mass.dry + 2.0 * mass.reach + mass.stiff);
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let start = Start::second_order([x], [v]).at(t0);
+            let flow = TaylorFlow::new(&mass, start, Tolerance::relative(tolerance)).unwrap();
+            let mut flow = flow.every(0.02).unwrap();
+            while flow.node().t < t0 + until - 0.03 {
+                if let Err(error) = flow.advance() {
+                    panic!("{error} {mass:?} {t0} {tolerance} {:?}", motion.events);
+                }
+                let node = flow.node();
+                let (q, v) = motion.at(node.t - t0);
+                let error = (node.q[0] - q[0]).abs().max((node.v[0] - v[0]).abs());
+                worst = worst.max(error / (tolerance + known).max(1e-11));
+            }
+        }
+    }
+    println!("{events} events; largest error: {worst:.1} tolerances or roundings of the time");
+    assert!(worst < 100.0, "{worst}");
+}
