@@ -29,6 +29,10 @@ const HALVINGS: u32 = 40;
 /// A change of sign is a zero if the rate there is below this part of those at the ends, else a pole.
 const VANISHES: f64 = 1e-3;
 
+/// An argument that will be zero within this part of the time counts as zero: of arguments that depend on each other, some
+/// may be found to rest, and the rounding of the velocity decides about the others.
+const ARRIVES: f64 = 1e-9;
+
 /// A motion that leaves zero, or stays there.
 struct Continuation {
     /// The rate of each argument.
@@ -54,6 +58,11 @@ impl AtPoint<'_> {
     #[cold]
     pub(crate) fn forks(&self, zero: &[bool], multipliers: usize, time: f64) -> bool {
         let velocities = self.sizes();
+        let fastest = self.fastest(&vec![0.0; self.q.len()], multipliers);
+        let zero: Vec<bool> = (0..zero.len())
+            .map(|g| zero[g] || self.drift[g].value().abs() <= ARRIVES * time * fastest[g])
+            .collect();
+        let zero = &zero[..];
         let mut leaves: Vec<(usize, Continuation)> = Vec::new();
         for g in (0..zero.len()).filter(|&g| zero[g]) {
             // arguments that are multiples of each other leave together: one of them is examined

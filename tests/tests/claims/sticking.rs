@@ -805,3 +805,35 @@ fn lanes_rest_where_flows_do() {
         assert_eq!(end.stop, node.stop);
     }
 }
+
+/// Three blocks come to rest one upon the other at one time. The slip between two blocks that rest is zero, but for the
+/// rounding of their velocities: it can not go another way than they do.
+#[test]
+fn blocks_that_come_to_rest_together_do_not_fork() {
+    let row = Row {
+        mass: [0.3, 1.155_722_899_763_146_1, 1.313_938_726_727_473],
+        stiff: [
+            1.694_871_989_360_917_4,
+            5.767_820_962_835_81,
+            5.317_997_637_527_738,
+        ],
+        dry: [
+            0.951_052_790_630_369_2,
+            0.256_051_242_552_274_5,
+            0.673_699_345_269_173_4,
+            1.259_566_222_517_928_7,
+        ],
+        push: 0.0,
+    };
+    let start = [
+        0.046_000_368_771_444_38,
+        -0.336_896_591_912_647_1,
+        -0.596_855_639_658_985,
+    ];
+    let exact = row.reference(start, 3.0);
+    let start = Start::second_order(start, [0.0; 3]);
+    for h in [0.02, 0.005, 0.0025, 0.001] {
+        let (found, _) = end(&row, start, h, 3.0);
+        assert!(distance(&found, &exact) < h, "{h}: {found:?} {exact:?}");
+    }
+}
