@@ -16,6 +16,10 @@ use crate::regularity::sides::{self, Piece, Sided};
 /// same.
 const DISTINCT: f64 = 1e-6;
 
+/// Rates of one motion that were found in two ways differ by less than this part of them: an argument without an own force, as
+/// of a contact without friction, has no sizes of sides to compare with.
+const ROUNDING: f64 = 1e-12;
+
 /// A side that holds is searched in parts of `[-1, 1]` that are halved as often as this, at least and at most,
 /// where its rate is not nearly linear: laws need not be linear in it, and may have a pole beside the zero.
 const HALVED: [u32; 2] = [3, 12];
@@ -46,7 +50,8 @@ impl Continuation {
     fn differs_from(&self, other: &Self, zero: &[bool]) -> bool {
         (0..zero.len()).filter(|&g| zero[g]).any(|g| {
             let faint = larger(self.faint[g], other.faint[g]);
-            (self.rates[g] - other.rates[g]).abs() > faint
+            let [rate, another] = [self, other].map(|motion| motion.rates[g]);
+            (rate - another).abs() > larger(faint, ROUNDING * larger(rate.abs(), another.abs()))
         })
     }
 }
