@@ -70,7 +70,7 @@ pub use continuous::{
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use expansion::Expansion;
-pub use external::{discrete_power, external_forces, force_roundings, power, power_with};
+pub use external::{discrete_power, external_forces, force_roundings, power, power_with, work_between};
 pub use form::{Displacement, TwoForm};
 pub use given_nodes::{rows_at_four_given_nodes, rows_at_given_nodes};
 pub use legendre::{

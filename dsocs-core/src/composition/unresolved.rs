@@ -7,6 +7,7 @@
 
 use super::run::Composed;
 use super::stages::State;
+use crate::number::point::AnyPoint;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
@@ -34,6 +35,16 @@ struct Node {
 }
 
 impl Node {
+    /// The point of the motion.
+    fn point(&self) -> AnyPoint<'_, f64> {
+        AnyPoint {
+            t: self.t,
+            q: &self.q,
+            v: &self.v,
+            a: &self.a,
+        }
+    }
+
     /// The node a time `h` later that is expected: the acceleration changes linearly to the extrapolated one.
     fn goes_on(&self, rotations: &[usize], h: f64) -> Option<Self> {
         let next = self.next.as_ref()?;
@@ -157,7 +168,8 @@ impl Composed<'_> {
             part = self.jump_between([from, to], &mut start);
         }
         let rotations = &self.kernel.shape().rotations;
-        let path = |part: f64| hermite(rotations, from, to, part);
+        let ends = [from.point(), to.point()];
+        let path = |part: f64| Place::on_hermite(rotations, ends, part);
         if part.is_none_or(|part| part <= jumps::TOLD) {
             let on = on(&path, to.t - from.t, declaration);
             let places = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
@@ -189,7 +201,8 @@ impl Composed<'_> {
         let mut largest: Option<f64> = None;
         for begin in [0.0, 0.5] {
             let rotations = &self.kernel.shape().rotations;
-            let half = |part: f64| hermite(rotations, from, to, begin + 0.5 * part);
+            let ends = [from.point(), to.point()];
+            let half = |part: f64| Place::on_hermite(rotations, ends, begin + 0.5 * part);
             let found = switches::crossings(declaration, &half, came, |_, _| true);
             if found.is_empty() {
                 continue;
@@ -212,37 +225,4 @@ fn on<'a>(path: &'a MotionPath<'a>, h: f64, declaration: Declaration<'a>) -> Ste
         declarations: [declaration; 2],
         pieces: &[],
     }
-}
-
-/// A place on the path between two nodes: the cubic polynomial with the positions and velocities of both. For
-/// a rotation, one for its quaternion and one for its angular velocity, with the accelerations.
-fn hermite(rotations: &[usize], from: &Node, to: &Node, x: f64) -> Place {
-    let h = to.t - from.t;
-    let along = |i: usize| cubic([from.q[i], to.q[i]], [from.v[i], to.v[i]].map(|v| h * v), x);
-    let n = from.q.len();
-    let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
-    for i in 0..n {
-        let [place, rate] = along(i);
-        (q[i], v[i]) = (place, rate / h);
-    }
-    for &first in rotations {
-        let ends = [from, to].map(|node| rotation::rates(first, [&node.q, &node.v, &node.a]));
-        let [[start, begins, _], [end, arrives, _]] = ends;
-        for k in 0..rotation::SLOTS {
-            let i = first + k;
-            q[i] = cubic([start[k], end[k]], [h * begins[k], h * arrives[k]], x)[0];
-            v[i] = cubic([from.v[i], to.v[i]], [h * from.a[i], h * to.a[i]], x)[0];
-        }
-    }
-    rotation::keep_norm(rotations, [&mut q, &mut Vector::zero(n)]);
-    Place::of_phase(from.t + x * h, q, v)
-}
-
-/// The cubic polynomial with values and slopes at both ends, at a part `x` of the path, and its slope there.
-fn cubic([from, to]: [f64; 2], [begins, arrives]: [f64; 2], x: f64) -> [f64; 2] {
-    let (d, y) = (to - from, 1.0 - x);
-    [
-        from + (x * x * (3.0 - 2.0 * x) * d + x * y * y * begins - x * x * y * arrives),
-        6.0 * x * y * d + y * (1.0 - 3.0 * x) * begins + x * (3.0 * x - 2.0) * arrives,
-    ]
 }

@@ -7,6 +7,10 @@ use crate::number::inner_product;
 use crate::number::point::AnyPoint;
 use crate::number::tangent::Tangent;
 use crate::regularity::rounding;
+use crate::run::AnyNode;
+use crate::solve::Vector;
+use crate::start::place::Place;
+use crate::step::jumps;
 use crate::tape::declaration::Declaration;
 
 /// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L`
@@ -43,6 +47,25 @@ pub fn power_with(
     let mut external = vec![0.0; constraint.len()];
     declaration.external_forces(t, q, v, &mut external);
     of_force(declaration, (t, q, v), &plus(constraint, &external))
+}
+
+/// The work on the way from one node to the next: the integral of [`power_with`], by Simpson's rule on sixteen parts, on the cubic polynomial with the
+/// positions and velocities of both and with a constraint force that changes linearly. Of forces that depend on positions alone it is the work between
+/// the positions of the nodes, whatever the step has made of it on the way.
+#[must_use]
+pub fn work_between(declaration: &Declaration<'_>, [from, to]: [&AnyNode<'_>; 2]) -> f64 {
+    let ends = [from.point(), to.point()];
+    let powers: Vec<f64> = jumps::places()
+        .map(|part| {
+            let Place { t, q, v, .. } = Place::on_hermite(&declaration.shape().rotations, ends, part);
+            let force = Vector::of(from.force).zip(to.force, |from, to| from + part * (to - from));
+            power_with(declaration, (t, &q, &v), &force)
+        })
+        .collect();
+    let parts = powers.windows(3).step_by(2);
+    let count = 2 * parts.len();
+    let sum: f64 = parts.map(|part| part[0] + 4.0 * part[1] + part[2]).sum();
+    sum * (to.t - from.t) / (3 * count) as f64
 }
 
 /// The power at the second of three nodes, as in [`power`] but with the discrete forces, at the point `φ_{D_K}⁻¹`. Its sum over the

@@ -57,6 +57,30 @@ impl Place {
         }
     }
 
+    /// The place at a part `x` of the way between two points: on the cubic polynomial with the positions and velocities of
+    /// both. For a rotation, one for its quaternion and one for its angular velocity, with the accelerations.
+    pub fn on_hermite(rotations: &[usize], [from, to]: [AnyPoint<'_, f64>; 2], x: f64) -> Self {
+        let h = to.t - from.t;
+        let along = |i: usize| cubic([from.q[i], to.q[i]], [from.v[i], to.v[i]].map(|v| h * v), x);
+        let n = from.q.len();
+        let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
+        for i in 0..n {
+            let [place, rate] = along(i);
+            (q[i], v[i]) = (place, rate / h);
+        }
+        for &first in rotations {
+            let ends = [from, to].map(|point| rotation::rates(first, [point.q, point.v, point.a]));
+            let [[start, begins, _], [end, arrives, _]] = ends;
+            for k in 0..rotation::SLOTS {
+                let i = first + k;
+                q[i] = cubic([start[k], end[k]], [h * begins[k], h * arrives[k]], x)[0];
+                v[i] = cubic([from.v[i], to.v[i]], [h * from.a[i], h * to.a[i]], x)[0];
+            }
+        }
+        rotation::keep_norm(rotations, [&mut q, &mut Vector::zero(n)]);
+        Self::of_phase(from.t + x * h, q, v)
+    }
+
     /// A place between this one and another, or beyond it, by linear interpolation; quaternions are
     /// normalised.
     pub fn towards(&self, rotations: &[usize], other: &Self, part: f64) -> Self {
@@ -105,6 +129,15 @@ impl Place {
     pub fn tables<'d>(&self, declaration: &Declaration<'d>) -> Vec<TableAt<'d>> {
         declaration.tables(self.t, &self.q, &self.v, &self.a)
     }
+}
+
+/// The cubic polynomial with values and slopes at both ends, at a part `x` of the path, and its slope there.
+fn cubic([from, to]: [f64; 2], [begins, arrives]: [f64; 2], x: f64) -> [f64; 2] {
+    let (d, y) = (to - from, 1.0 - x);
+    [
+        from + (x * x * (3.0 - 2.0 * x) * d + x * y * y * begins - x * x * y * arrives),
+        6.0 * x * y * d + y * (1.0 - 3.0 * x) * begins + x * (3.0 * x - 2.0) * arrives,
+    ]
 }
 
 #[cfg(test)]

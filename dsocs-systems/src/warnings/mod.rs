@@ -1,12 +1,14 @@
 //! Warnings about a run: an energy that changes without cause; with steps of a fixed length one that
-//! explodes, bodies that rotate too far in a step, and coordinates that alternate from step to step; and
-//! constraints that nearly depend on each other. The command line and the Python package give the same warnings.
+//! explodes, forces that change too fast for the step, bodies that rotate too far in a step, and coordinates that
+//! alternate from step to step; and constraints that nearly depend on each other. The command line and the Python package give the
+//! same warnings.
 
 mod alternation;
 mod conserved;
 mod dependence;
 mod energy;
 mod inputs;
+mod resolution;
 mod start;
 mod turns;
 
@@ -19,6 +21,7 @@ use conserved::Conserved;
 use dependence::Dependence;
 use energy::Energy;
 pub use inputs::passed_inputs;
+use resolution::Resolution;
 pub use start::moved_start;
 use turns::Turns;
 
@@ -30,11 +33,9 @@ pub struct Warnings(Observers);
 #[expect(clippy::large_enum_variant, reason = "there is one for a run")]
 enum Observers {
     /// With steps of a fixed length.
-    Steps {
-        energy: Energy,
-        turns: Turns,
-        alternation: Alternation,
-    },
+    Steps(Steps),
+    /// With steps of a fixed length, and more to observe: every branch of the others would cost each of their steps.
+    MoreOfSteps(Steps, More),
     /// With a tolerance: where the energy cannot change, and where constraints may depend on each other.
     Tolerance {
         tolerance: f64,
@@ -43,6 +44,58 @@ enum Observers {
     },
     #[default]
     Nothing,
+}
+
+/// What is observed with all steps of a fixed length.
+#[derive(Default)]
+struct Steps {
+    energy: Energy,
+    turns: Turns,
+    alternation: Alternation,
+}
+
+impl Steps {
+    /// Looks at the next node.
+    #[inline]
+    fn look(&mut self, row: &Row<'_>) {
+        self.energy.look(row);
+        self.turns.look(row);
+        self.alternation.look(row);
+    }
+
+    /// The warnings, as in [`Warnings::notes`].
+    fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
+        let names = || names.iter().copied();
+        [
+            self.energy.note(method, h),
+            self.turns.note(names(), method, h),
+            self.alternation.note(names(), method),
+            None,
+        ]
+    }
+}
+
+/// What is observed with some.
+struct More {
+    /// Where external forces or the time change the energy.
+    resolution: Option<Resolution>,
+}
+
+impl More {
+    /// The observers for a run of a system by a method, if there are any.
+    fn of(shape: &Shape) -> Option<Self> {
+        let more = Self {
+            resolution: (shape.external_forces || shape.depends_on_time).then(Resolution::default),
+        };
+        more.resolution.is_some().then_some(more)
+    }
+
+    /// Looks at the next node.
+    fn look(&mut self, row: &Row<'_>) {
+        if let Some(resolution) = &mut self.resolution {
+            resolution.look(row);
+        }
+    }
 }
 
 impl Warnings {
@@ -55,10 +108,9 @@ impl Warnings {
                 conserved: is_closed(shape).then(Conserved::default),
                 dependence: (shape.holonomic + shape.nonholonomic > 1).then(Dependence::default),
             },
-            Method::Step | Method::Composed(_) => Observers::Steps {
-                energy: Energy::default(),
-                turns: Turns::default(),
-                alternation: Alternation::default(),
+            Method::Step | Method::Composed(_) => match More::of(shape) {
+                None => Observers::Steps(Steps::default()),
+                Some(more) => Observers::MoreOfSteps(Steps::default(), more),
             },
         })
     }
@@ -68,7 +120,7 @@ impl Warnings {
     pub fn looks(&self) -> [bool; 2] {
         [
             match &self.0 {
-                Observers::Steps { .. } => true,
+                Observers::Steps(_) | Observers::MoreOfSteps(..) => true,
                 Observers::Tolerance {
                     conserved,
                     dependence,
@@ -76,7 +128,7 @@ impl Warnings {
                 } => conserved.is_some() || dependence.is_some(),
                 Observers::Nothing => false,
             },
-            matches!(self.0, Observers::Steps { .. }),
+            matches!(self.0, Observers::Steps(_) | Observers::MoreOfSteps(..)),
         ]
     }
 
@@ -84,14 +136,10 @@ impl Warnings {
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
         match &mut self.0 {
-            Observers::Steps {
-                energy,
-                turns,
-                alternation,
-            } => {
-                energy.look(row);
-                turns.look(row);
-                alternation.look(row);
+            Observers::Steps(steps) => steps.look(row),
+            Observers::MoreOfSteps(steps, more) => {
+                steps.look(row);
+                more.look(row);
             }
             Observers::Tolerance {
                 conserved,
@@ -114,18 +162,17 @@ impl Warnings {
     /// constraints that nearly depend on each other.
     #[must_use]
     pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
-        let names = || names.iter().copied();
         match &self.0 {
-            Observers::Steps {
-                energy,
-                turns,
-                alternation,
-            } => [
-                energy.note(method, h),
-                turns.note(names(), method, h),
-                alternation.note(names(), method),
-                None,
-            ],
+            Observers::Steps(steps) => steps.notes(names, method, h),
+            Observers::MoreOfSteps(steps, more) => {
+                let [energy, turns, alternation, dependence] = steps.notes(names, method, h);
+                [
+                    energy.or_else(|| more.resolution.as_ref()?.note(h)),
+                    turns,
+                    alternation,
+                    dependence,
+                ]
+            }
             Observers::Tolerance {
                 tolerance,
                 conserved,
