@@ -65,7 +65,7 @@ use crate::{number::point::Leg, system::System};
 
 pub use admissible::admissible_variations;
 pub use continuous::{
-    Variation, canonical_form, constraint_force, legendre, motion, motion_near, variations,
+    Variation, canonical_form, constraint_force, legendre, motion, motion_near, position_changes, variations,
 };
 pub use error::GeometryError;
 pub use evolution::Evolution;

@@ -10,7 +10,10 @@ use crate::number::point::{AnyPoint, OwnedPoint};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::{Tangent, Tangent2};
 use crate::regularity::multipliers;
+use crate::solve::rotation;
 use crate::start;
+use crate::start::place::cubic;
+use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
 /// The Legendre transform `FL(t, q, v) = ∂L/∂v`: the momentum.
@@ -83,6 +86,37 @@ pub fn motion_near(
             cause: Box::new(cause),
         }),
     }
+}
+
+/// The increment from one point to another, and the integral of the velocity on the way, with errors of the fifth order in the time
+/// between them: by the cubic polynomial with the velocities and accelerations of both. For a rotation both are rotation vectors in
+/// the frame of the body; the second is that of Magnus's expansion.
+#[must_use]
+pub fn position_changes(shape: &Shape, [from, to]: [AnyPoint<'_, f64>; 2]) -> [Vec<f64>; 2] {
+    let h = to.t - from.t;
+    let n = from.q.len();
+    let mut increment: Vec<f64> = (0..n).map(|i| to.q[i] - from.q[i]).collect();
+    let mut integral: Vec<f64> = (0..n)
+        .map(|i| h * (0.5 * (from.v[i] + to.v[i]) + h / 12.0 * (from.a[i] - to.a[i])))
+        .collect();
+    rotation::turns(&shape.rotations, [from.q, to.q], &mut increment);
+    for &first in shape.rotations.iter() {
+        // the angular velocities at the places of Gauss's quadrature with two points, and the commutator of both
+        let part = 0.5 - 3_f64.sqrt() / 6.0;
+        let at = |x: f64| {
+            [1, 2, 3].map(|slot| {
+                let i = first + slot;
+                cubic([from.v[i], to.v[i]], [h * from.a[i], h * to.a[i]], x)[0]
+            })
+        };
+        let [[x, y, z], [u, v, w]] = [at(part), at(1.0 - part)];
+        let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
+        for (slot, cross) in cross.into_iter().enumerate() {
+            integral[first + 1 + slot] += 3_f64.sqrt() / 12.0 * h * h * cross;
+        }
+        (increment[first], integral[first]) = (0.0, 0.0);
+    }
+    [increment, integral]
 }
 
 /// The variations of the acceleration and of the constraint force under a displacement of the state.

@@ -132,7 +132,7 @@ impl Place {
 }
 
 /// The cubic polynomial with values and slopes at both ends, at a part `x` of the path, and its slope there.
-fn cubic([from, to]: [f64; 2], [begins, arrives]: [f64; 2], x: f64) -> [f64; 2] {
+pub(crate) fn cubic([from, to]: [f64; 2], [begins, arrives]: [f64; 2], x: f64) -> [f64; 2] {
     let (d, y) = (to - from, 1.0 - x);
     [
         from + (x * x * (3.0 - 2.0 * x) * d + x * y * y * begins - x * x * y * arrives),

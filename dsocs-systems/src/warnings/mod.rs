@@ -1,12 +1,13 @@
 //! Warnings about a run: an energy that changes without cause; with steps of a fixed length one that
-//! explodes, forces that change too fast for the step, bodies that rotate too far in a step, and coordinates that
-//! alternate from step to step; and constraints that nearly depend on each other. The command line and the Python package give the
-//! same warnings.
+//! explodes, forces that change too fast for the step, bodies that rotate too far in a step, coordinates that alternate from step to step, and with
+//! compositions coordinates that move otherwise than their velocities say; and constraints that nearly depend on
+//! each other. The command line and the Python package give the same warnings.
 
 mod alternation;
 mod conserved;
 mod dependence;
 mod energy;
+mod increments;
 mod inputs;
 mod resolution;
 mod start;
@@ -20,6 +21,7 @@ use alternation::Alternation;
 use conserved::Conserved;
 use dependence::Dependence;
 use energy::Energy;
+use increments::Increments;
 pub use inputs::passed_inputs;
 use resolution::Resolution;
 pub use start::moved_start;
@@ -79,21 +81,27 @@ impl Steps {
 struct More {
     /// Where external forces or the time change the energy.
     resolution: Option<Resolution>,
+    /// Of a composition.
+    increments: Option<Increments>,
 }
 
 impl More {
     /// The observers for a run of a system by a method, if there are any.
-    fn of(shape: &Shape) -> Option<Self> {
+    fn of(method: Method, shape: &Shape) -> Option<Self> {
         let more = Self {
             resolution: (shape.external_forces || shape.depends_on_time).then(Resolution::default),
+            increments: matches!(method, Method::Composed(_)).then(Increments::default),
         };
-        more.resolution.is_some().then_some(more)
+        (more.resolution.is_some() || more.increments.is_some()).then_some(more)
     }
 
     /// Looks at the next node.
     fn look(&mut self, row: &Row<'_>) {
         if let Some(resolution) = &mut self.resolution {
             resolution.look(row);
+        }
+        if let Some(increments) = &mut self.increments {
+            increments.look(row);
         }
     }
 }
@@ -108,7 +116,7 @@ impl Warnings {
                 conserved: is_closed(shape).then(Conserved::default),
                 dependence: (shape.holonomic + shape.nonholonomic > 1).then(Dependence::default),
             },
-            Method::Step | Method::Composed(_) => match More::of(shape) {
+            Method::Step | Method::Composed(_) => match More::of(method, shape) {
                 None => Observers::Steps(Steps::default()),
                 Some(more) => Observers::MoreOfSteps(Steps::default(), more),
             },
@@ -168,7 +176,7 @@ impl Warnings {
                 let [energy, turns, alternation, dependence] = steps.notes(names, method, h);
                 [
                     energy.or_else(|| more.resolution.as_ref()?.note(h)),
-                    turns,
+                    turns.or_else(|| more.increments.as_ref()?.note(names, h)),
                     alternation,
                     dependence,
                 ]

@@ -6,6 +6,7 @@ mod checks;
 mod dependence;
 mod energy;
 mod estimates;
+mod increments;
 mod inputs;
 mod jumps;
 #[path = "../program/mod.rs"]

@@ -1,0 +1,83 @@
+//! Detects a coordinate that moves otherwise than its velocity says.
+//!
+//! The legs of a composition are joined by momenta. Where a direction has hardly any inertia, as the axis of a slender
+//! body, errors of a leg's other momenta in this direction are as large as its own momentum: the velocities at the nodes, which follow from the
+//! momenta, are right, and the increments between them are not.
+
+use dsocs_core::geometry::position_changes;
+use dsocs_core::{OwnedNode, Stop};
+
+use crate::entry::Row;
+use crate::stability::number;
+
+/// A coordinate is reported if this many increments in a row differ from the integral of its velocity. A
+/// force that grows from rest differs in a few.
+const LEAST_STREAK: u32 = 12;
+
+/// The least difference, relative to the step times the largest velocity so far. Where a period has ten steps the integral has
+/// an error of 2e-4.
+const LEAST: f64 = 2e-3;
+
+/// All of the first `FIRST_NODES` nodes are tested, and then `WINDOW_NODES` consecutive ones out of each `FIRST_NODES`,
+/// so that the cost in a long run is small.
+const FIRST_NODES: u64 = 2048;
+const WINDOW_NODES: u64 = 32;
+
+/// The increments of a composition.
+#[derive(Default)]
+pub struct Increments {
+    /// The last node.
+    last: Option<OwnedNode>,
+    /// The largest velocities so far, and the number of increments in a row that differ, by coordinate.
+    largest: Vec<f64>,
+    streaks: Vec<u32>,
+    /// The first coordinate whose increments differ, the time, its increment, and the integral of its velocity.
+    found: Option<(usize, f64, [f64; 2])>,
+}
+
+impl Increments {
+    /// Looks at a node: at all of the first ones, and then at a window of consecutive ones now and again.
+    pub fn look(&mut self, row: &Row<'_>) {
+        let (node, shape) = (&row.node, row.declaration.shape());
+        let is_in_window = node.index < FIRST_NODES || node.index % FIRST_NODES < WINDOW_NODES;
+        if self.found.is_some() || !is_in_window {
+            return;
+        }
+        let n = node.q.len();
+        let Some(last) = &mut self.last else {
+            self.last = Some(OwnedNode::of(node));
+            (self.largest, self.streaks) = (vec![0.0; n], vec![0; n]);
+            return;
+        };
+        let before = last.any();
+        if before.index + 1 == node.index {
+            let changes = position_changes(shape, [before.point(), node.point()]);
+            let h = (node.t - before.t).abs();
+            for i in 0..n {
+                self.largest[i] = self.largest[i].max(node.v[i].abs());
+                let [increment, integral] = [changes[0][i], changes[1][i]];
+                // what rests moves by rounding
+                let differs =
+                    node.stop != Stop::Sticks && (increment - integral).abs() > LEAST * h * self.largest[i];
+                self.streaks[i] = if differs { self.streaks[i] + 1 } else { 0 };
+                if self.streaks[i] == LEAST_STREAK {
+                    self.found = Some((i, node.t, [increment, integral]));
+                }
+            }
+        }
+        last.room().write(node);
+    }
+
+    /// The warning for a run by a composition with the step `h`, with the names of the coordinates.
+    pub fn note(&self, names: &[&str], h: f64) -> Option<String> {
+        let (place, time, [increment, integral]) = self.found?;
+        let name = names.get(place).copied().unwrap_or_default();
+        Some(format!(
+            "warning: `{name}` moves by {increment:.2e} in the step to t = {}, where its velocity gives {integral:.2e}: the legs of a composition \
+             are joined by momenta, and where something has hardly any inertia, as a slender body about its axis, or moves too fast, they do not \
+             tell how it moves with the step h = {h} (`--order 2`, \
+             `--tolerance`, or a smaller `--step`)",
+            number(time)
+        ))
+    }
+}
