@@ -362,6 +362,11 @@ impl StepPath<'_> {
 fn differ([left, before, after, right]: [Vec<f64>; 4], terms: &[f64]) -> bool {
     (0..before.len()).any(|i| {
         let all = [left[i], before[i], after[i], right[i]];
+        // a derivative may be a quotient that has no value right beside the place, as that of acos at 1
+        if !(before[i].is_finite() && after[i].is_finite()) {
+            let size = left[i].abs().max(right[i].abs());
+            return !size.is_finite() || (right[i] - left[i]).abs() > jumps::TOLD * size;
+        }
         let terms = terms.get(i).copied().unwrap_or(0.0);
         let size = all.iter().fold(terms, |size, x| size.max(x.abs()));
         let jump = (after[i] - before[i]).abs().min((right[i] - left[i]).abs());

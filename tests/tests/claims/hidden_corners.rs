@@ -340,3 +340,134 @@ fn nodes_on_a_grid_lie_on_the_motion_close_to_a_corner() {
         }
     }
 }
+
+/// The place and the velocity at a time of a motion from rest at `r > 0` on a line, whose acceleration is `-k` times the sign of the place;
+/// and the number of times that it has passed zero.
+fn to_and_fro(k: f64, r: f64, t: f64) -> ([f64; 2], u64) {
+    let quarter = (2.0 * r / k).sqrt();
+    let (half, since) = ((t / quarter).div_euclid(2.0), t.rem_euclid(2.0 * quarter));
+    // from one turning point to the next, by the time from the middle
+    let (from_middle, side) = (since - quarter, sign(half));
+    let speed = k * quarter;
+    let place = -side * from_middle.signum() * (speed * from_middle.abs() - k * from_middle.powi(2) / 2.0);
+    let velocity = -side * (speed - k * from_middle.abs());
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few")]
+    let passed = half as u64 + u64::from(from_middle > 0.0);
+    ([place, velocity], passed)
+}
+
+/// Motions from rest through the point where a norm of several components, or the angle of a rotation, vanishes: a declaration, the
+/// number of numbers of a position, and the place along the ray at the distance `r`.
+const NORMS: [(&str, usize); 5] = [
+    (
+        "coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 - k * x.norm();",
+        2,
+    ),
+    (
+        "coordinates(x, y); let r = (x.powi(2) + y.powi(2)).sqrt(); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - k * r;",
+        2,
+    ),
+    (
+        "coordinates(x: [3]); lagrangian = dot(x).norm_squared() / 2; external_forces = -k * x / x.norm();",
+        3,
+    ),
+    (
+        "coordinates(x: [3]); lagrangian = dot(x).norm_squared() / 2 - k * x.norm_squared().powf(0.5);",
+        3,
+    ),
+    (
+        "coordinates(r: rotation); let w = r.angular_velocity(); let m = r.matrix(); \
+         lagrangian = w.norm_squared() / 2 - k * ((m[0][0] + m[1][1] + m[2][2] - 1) / 2).acos();",
+        4,
+    ),
+];
+
+/// The position at the place `r` on a ray, and the same of a velocity.
+fn on_ray<const N: usize>(direction: [f64; 3], [r, v]: [f64; 2]) -> [[f64; N]; 2] {
+    let mut at = [[0.0; N]; 2];
+    if N == 4 {
+        let (sine, cosine) = (r / 2.0).sin_cos();
+        (at[0][0], at[1][0]) = (cosine, 0.0);
+        for i in 0..3 {
+            (at[0][i + 1], at[1][i + 1]) = (direction[i] * sine, direction[i] * v);
+        }
+    } else {
+        let length = direction[..N].iter().map(|x| x * x).sum::<f64>().sqrt();
+        for i in 0..N {
+            (at[0][i], at[1][i]) = (r * direction[i] / length, v * direction[i] / length);
+        }
+    }
+    at
+}
+
+/// Checks the motion from rest on a ray with Taylor series, and what steps tell of it.
+fn through_zero<const N: usize>(declaration: &str, direction: [f64; 3], [k, r]: [f64; 2]) {
+    let text = Text::parse("norm", &format!("parameters {{ k = {k:?} }} {declaration}")).unwrap();
+    let [q0, v0] = on_ray::<N>(direction, [r, 0.0]);
+    let start = Start::second_order(q0, v0);
+    let (end, passed) = to_and_fro(k, r, UNTIL);
+    let exact = on_ray::<N>(direction, end);
+    let apart = |q: &[f64; N], v: &[f64; N]| {
+        let pairs = q.iter().zip(exact[0]).chain(v.iter().zip(exact[1]));
+        pairs.fold(0.0_f64, |most, (found, exact)| most.max((found - exact).abs()))
+    };
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(UNTIL).unwrap();
+        let error = apart(&flow.node().q, &flow.node().v);
+        assert!(
+            error < 100.0 * tolerance.max(1e-11),
+            "{declaration} {k} {r} {tolerance}: {error}"
+        );
+    }
+    let (h, steps) = (UNTIL / 256.0, 256);
+    let mut order_2 = Flow::of(&text.system, h, start).unwrap();
+    let order_2 = unresolved_steps(order_2.run_mut(), steps);
+    let mut order_4 = AnyComposedFlow::new(&text.system, h, Composition::SUZUKI_4, &start.into()).unwrap();
+    let order_4 = unresolved_steps(order_4.run_mut(), steps);
+    for counted in [order_2, order_4] {
+        let expected = passed.saturating_sub(1)..=2 * passed + 1;
+        assert!(
+            expected.contains(&counted) && (passed == 0 || counted > 0),
+            "{declaration} {direction:?} {k} {r}: {counted} of {passed}"
+        );
+    }
+}
+
+#[test]
+fn a_motion_through_the_zero_of_a_norm_has_a_corner() {
+    let scenes = ([-1.0..1.0, -1.0..1.0, 0.3..1.0], [1.0..9.0, 0.3..1.5]);
+    draws::test(40, 42, (0..NORMS.len(), scenes), &|(
+        which,
+        (direction, scene),
+    )| {
+        let direction: [f64; 3] = direction;
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let direction = direction.map(|x| x / length);
+        let (declaration, numbers) = NORMS[which];
+        match numbers {
+            2 => through_zero::<2>(declaration, direction, scene),
+            3 => through_zero::<3>(declaration, direction, scene),
+            _ => through_zero::<4>(declaration, direction, scene),
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_motion_around_the_zero_of_a_norm_is_smooth() {
+    for text in [
+        "coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 - x.norm();",
+        "coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 - 5 * (x.norm() - 0.7).powi(2);",
+        "coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 + 1 / x.norm();",
+        "coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 - x.norm().powi(3);",
+    ] {
+        let text = Text::parse("norm", text).unwrap();
+        let start = Start::second_order([1.0, 0.1], [0.3, 0.5]);
+        let mut order_2 = Flow::of(&text.system, 0.005, start).unwrap();
+        assert_eq!(unresolved_steps(order_2.run_mut(), 4000), 0);
+        let mut order_4 =
+            AnyComposedFlow::new(&text.system, 0.005, Composition::SUZUKI_4, &start.into()).unwrap();
+        assert_eq!(unresolved_steps(order_4.run_mut(), 4000), 0);
+    }
+}

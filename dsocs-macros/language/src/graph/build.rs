@@ -239,6 +239,13 @@ impl Graph {
         terms.len() + usize::from(constant != 0.0) > 1 && self.is_sum_of_squares(id)
     }
 
+    /// Whether an expression is visibly a sum of squares and a positive number or the square of a parameter, which has no zero.
+    pub(crate) fn is_softened_sum(&self, id: NodeId) -> bool {
+        let (terms, constant) = self.terms(id);
+        let is_softened = constant != 0.0 || terms.iter().any(|&(term, _)| self.is_fixed(term));
+        is_softened && self.is_sum_of_squares(id)
+    }
+
     /// An expression as the factors of a product with their exponents.
     pub(crate) fn factors(&self, a: NodeId) -> Vec<(NodeId, i32)> {
         match self.node(a) {

@@ -143,9 +143,11 @@ impl Lower<'_> {
         }
     }
 
-    /// Whether an expression may touch zero without another switch showing it.
+    /// Whether an expression may touch zero without another switch showing it. A motion goes through the zero of a norm of positions;
+    /// where a speed vanishes it ends, or has none.
     pub(super) fn may_touch(&self, id: NodeId) -> bool {
-        !self.graph.is_several_squares(id) && !self.begins_piece(id)
+        let is_norm_of_rates = self.graph.is_several_squares(id) && self.graph.order(id) > Some(0);
+        !self.graph.is_softened_sum(id) && !is_norm_of_rates && !self.begins_piece(id)
     }
 
     /// Whether an expression is zero where a factor changes to another piece, such as `x.max(0)`, which is

@@ -47,7 +47,9 @@ pub(crate) fn switches(model: &Model) -> Switches {
         .chain(forms.copied())
         .chain(fields.iter().flatten().copied());
     let (mut ranges, mut tables) = (Ranges::default(), Vec::new());
-    for id in graph.subexpressions(declared, |_| true) {
+    let all = graph.subexpressions(declared, |_| true);
+    let divisors = divisors(&graph, &all);
+    for id in all {
         if let Node::Call { callee, args, .. } = graph.node(id)
             && let &[argument] = &args[..]
             && model.table(*callee).is_some()
@@ -67,7 +69,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
             // at a zero of the base a power is not smooth, and a logarithm is infinite
             Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
                 let mut found = vanishing_factors(&graph, base);
-                found.extend(rate_of_radicand(&mut graph, base));
+                found.extend(rate_of_radicand(&mut graph, base, &divisors));
                 found
             }
             // these have a corner where their argument turns back at ±1
@@ -112,10 +114,31 @@ fn vanishing_factors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 }
 
 /// The rate of a root's radicand, which changes sign where the radicand touches zero; `None` if the radicand
-/// cannot touch zero without changing its own sign.
-fn rate_of_radicand(graph: &mut Graph, base: NodeId) -> Option<NodeId> {
-    let may_touch = matches!(graph.node(base), Node::Sum(..)) && !graph.is_several_squares(base);
-    may_touch.then(|| graph.total_derivative(base))
+/// cannot touch zero without changing its own sign, or is a norm that also divides, so that the motion ends there.
+fn rate_of_radicand(graph: &mut Graph, base: NodeId, divisors: &[NodeId]) -> Option<NodeId> {
+    let is_away = graph.is_softened_sum(base) || graph.is_several_squares(base) && divisors.contains(&base);
+    (matches!(graph.node(base), Node::Sum(..)) && !is_away).then(|| graph.total_derivative(base))
+}
+
+/// Expressions that vanish where a product in some expressions divides by zero.
+fn divisors(graph: &Graph, all: &[NodeId]) -> Vec<NodeId> {
+    let of = |id: &NodeId| match graph.node(*id) {
+        Node::Product(factors) => {
+            let below = factors.iter().filter(|&&(_, exponent)| exponent < 0);
+            below
+                .flat_map(|&(factor, _)| vanishing_factors(graph, factor))
+                .collect()
+        }
+        Node::Powf(base, exponent)
+            if graph
+                .as_constant(*exponent)
+                .is_some_and(|exponent| exponent < 0.0) =>
+        {
+            vanishing_factors(graph, *base)
+        }
+        _ => Vec::new(),
+    };
+    all.iter().flat_map(of).collect()
 }
 
 /// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.
