@@ -19,6 +19,9 @@ use crate::step::smooth::FORESEEN;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
+/// An acceleration may vary by this many times what moves a node by one rounding of its increment, before it is examined.
+const NOISE: f64 = 8.0;
+
 /// A node.
 #[derive(Clone, Debug)]
 struct Node {
@@ -185,7 +188,10 @@ impl Composed<'_> {
             && unforeseen
             && let Some(accelerations) = jumps::accelerations(&declaration, &path)
         {
-            (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations)));
+            // a force that has found its balance varies by the rounding of the velocity
+            let h = to.t - from.t;
+            let noise = |i: usize| NOISE * jumps::rounding(h, h * from.v[i].abs().max(to.v[i].abs()));
+            (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations, noise)));
         }
         if let Some(part) = part
             && part > least

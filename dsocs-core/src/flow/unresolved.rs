@@ -120,17 +120,19 @@ fn departure(
         let bounds = jumps::places().map(|part| {
             let Place { t, q, v, .. } = path(part);
             let mut force = vec![Bounded::splat(0.0); e.len()];
-            let [q, v] = [&q, &v].map(|x| map(x, Bounded::splat));
+            // a velocity is a quotient of a rounded increment
+            let [q, v] = [
+                map(&q, Bounded::splat),
+                map(&v, |v| Bounded::known(v, f64::EPSILON * v.abs())),
+            ];
             declaration.external_forces(Bounded::splat(t), &q, &v, &mut force);
             Vector::from_fn(e.len(), |i| force[i].error())
         });
         bounds.fold(Vector::zero(e.len()), |most, bound| most.zip(&bound, f64::max))
     });
-    // a function that has reached its limit varies by rounding alone
-    let is_rounding = |values: &[f64], i: usize| {
-        let [least, most] = jumps::range(values.iter().copied());
-        most - least <= errors[i]
-    };
+    // a function that has reached its limit, and a force that has found its balance, deviate by rounding: each value, and the line
+    // between two of them
+    let is_rounding = |values: &[f64], i: usize| jumps::aside(values) <= 2.0 * errors[i];
     let arrives = declaration.arriving(h, leg);
     let leaves = declaration.arriving(
         h,

@@ -43,6 +43,12 @@ const GROWS_SLOWLY: f64 = 2.0;
 const CLOSE: f64 = 1.0 / 32.0;
 const MOST: f64 = 0.5;
 
+/// The path is followed at least this far to both sides of such a place: there a force that grows linearly from it is eight times as large.
+const BESIDE: f64 = 0.25;
+
+/// A deviation is narrow if it is smaller than this part of itself halfway to the ends of the path: that of two lines is half of it.
+const NARROW: f64 = 0.25;
+
 /// A place nearer than this to an end of the path, as a part of it, counts as that end.
 const AT_NODE: f64 = 1e-9;
 
@@ -153,17 +159,31 @@ impl StepPath<'_> {
     }
 
     /// Deviation of the acceleration at a part of the path from the linear interpolation of its ends,
-    /// relative to itself; 0 if less than a quarter. There the step passes over a feature that it does not
-    /// resolve.
+    /// relative to the largest of the three; 0 if less than a quarter. There the step passes over a feature that it does not
+    /// resolve. An acceleration that is smaller there than at the ends has to deviate there alone: else one force has ended and
+    /// another one begins, as where a body goes from one contact to the next.
     pub(crate) fn swings_at(&self, part: f64) -> f64 {
         let [Some(first), Some(here), Some(last)] = [0.0, part, 1.0].map(|part| self.acceleration(part))
         else {
             return f64::INFINITY;
         };
-        let size = largest(&here.a);
-        let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
-        let apart = largest(&here.a.zip(&ends, |here, ends| here - ends));
-        if apart > 0.25 * size { apart / size } else { 0.0 }
+        let apart = |at: &Acceleration, part: f64| {
+            let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
+            largest(&at.a.zip(&ends, |at, ends| at - ends))
+        };
+        let (size, of_ends) = (largest(&here.a), largest(&first.a).max(largest(&last.a)));
+        let peak = apart(&here, part);
+        let is_narrow = || {
+            [0.5 * part, 0.5 * (1.0 + part)].iter().all(|&beside| {
+                let at = self.acceleration(beside);
+                at.is_none_or(|at| apart(&at, beside) < NARROW * peak)
+            })
+        };
+        if peak > 0.25 * size && (size >= of_ends || is_narrow()) {
+            peak / size.max(of_ends)
+        } else {
+            0.0
+        }
     }
 
     /// The jump of the acceleration where an argument changes its sign, relative to itself: the largest of
@@ -192,7 +212,9 @@ impl StepPath<'_> {
         if self.declarations[0].sides() > 0 {
             return 0.0;
         }
-        let places = [0.0, before - CLOSE, before, after, after + CLOSE, 1.0];
+        // near an end of the path a force that grows from nothing has nothing else there to be compared with
+        let ends = [(before - BESIDE).min(0.0), (after + BESIDE).max(1.0)];
+        let places = [ends[0], before - CLOSE, before, after, after + CLOSE, ends[1]];
         let [
             Some(first),
             Some(left),

@@ -57,16 +57,17 @@ pub(crate) fn is_smooth(values: &[f64]) -> bool {
 }
 
 /// Deviation of the accelerations at the places of a path from a straight line, relative to themselves: the
-/// largest of all components that are not smooth.
-pub(crate) fn departure(accelerations: &[Vector]) -> f64 {
+/// largest of all components that are not smooth, and deviate by more than their `noise`.
+pub(crate) fn departure(accelerations: &[Vector], noise: impl Fn(usize) -> f64) -> f64 {
     let components = accelerations.first().map_or(0, |a| a.len());
     let departures = (0..components).map(|i| {
         let values: Vec<f64> = accelerations.iter().map(|a| a[i]).collect();
-        if is_smooth(&values) {
+        let aside = aside(&values);
+        if is_smooth(&values) || aside <= noise(i) {
             return 0.0;
         }
         let [least, most] = range(values.iter().copied());
-        aside(&values) / most.abs().max(least.abs())
+        aside / most.abs().max(least.abs())
     });
     departures.fold(0.0, f64::max)
 }

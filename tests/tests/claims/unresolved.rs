@@ -3,7 +3,11 @@
 
 use std::f64::consts::PI;
 
-use dsocs_core::{Real, Samples, Start, Stepper, TaylorFlow, Tolerance, Unresolved, dsocs};
+use dsocs_core::text::Text;
+use dsocs_core::{
+    AnyComposedFlow, Composition, Real, Run, Samples, Start, Stepper, TaylorFlow, Tolerance, Unresolved,
+    dsocs,
+};
 use dsocs_tests::declared;
 use dsocs_tests::text::Flow;
 
@@ -272,4 +276,84 @@ fn a_mass_that_jumps_with_the_velocity_is_told_at_each_turn() {
     let mut flow = Flow::new(&system, 0.01, Start::second_order([1.0, 0.3], [0.0, 0.2])).unwrap();
     flow.to(20.0).unwrap();
     assert_eq!(flow.unresolved(), None);
+}
+
+/// Beads in a row between two walls: each force is zero up to a contact and grows with a power of the depth.
+fn beads(power: f64) -> Text {
+    let text = format!(
+        "coordinates(x: [3]);
+        lagrangian = dot(x).norm_squared() / 2;
+        let p = |d| 1e4 * d.max(0).powf({power:?});
+        let a = p(-x[0]); let b = p(x[0] - x[1]); let c = p(x[1] - x[2]); let d = p(x[2] - 0.3);
+        external_forces = (a - b, b - c, c - d);"
+    );
+    Text::parse("beads", &text).unwrap()
+}
+
+/// The unresolved steps of a run of order 2 or 4, or 6, up to a time.
+fn counted<const N: usize>(
+    text: &Text,
+    start: Start<N>,
+    h: f64,
+    order: u32,
+    until: f64,
+) -> Option<Unresolved> {
+    let composition = match order {
+        2 => {
+            let mut flow = dsocs_core::Flow::of(&text.system, h, start).unwrap();
+            flow.to(until).unwrap();
+            return flow.unresolved();
+        }
+        4 => Composition::SUZUKI_4,
+        _ => Composition::KAHAN_LI_6,
+    };
+    let mut flow = AnyComposedFlow::new(&text.system, h, composition, &start.into()).unwrap();
+    flow.run_mut().to(until).unwrap();
+    flow.run().unresolved()
+}
+
+/// A force that begins or ends at a contact is continuous there, wherever the place lies in a step, and whether another one
+/// begins in the same step.
+#[test]
+fn contacts_do_not_jump() {
+    for power in [1.5, 2.0, 2.5] {
+        let text = beads(power);
+        for speed in [0.3, 0.37] {
+            let start = Start::second_order([0.05, 0.1, 0.15], [speed, 0.0, 0.0]);
+            for h in [0.004, 0.003, 0.002, 0.001, 0.0005] {
+                for order in [2, 4, 6] {
+                    let found = counted(&text, start, h, order, 2.0);
+                    assert_eq!(found, None, "{power} {speed} {h} {order}");
+                }
+            }
+        }
+    }
+    for text in [
+        "lagrangian = dot(x).powi(2) / 2 - 9.81 * x; external_forces = 1e6 * (-x).max(0);",
+        "lagrangian = dot(x).powi(2) / 2 - 9.81 * x - 1e6 * (-x).max(0).powi(2) / 2; external_forces = -0.01 * dot(x);",
+    ] {
+        let text = Text::parse("ball", &format!("coordinates(x); {text}")).unwrap();
+        for h in [5e-4, 3e-4, 1e-4] {
+            for order in [2, 4, 6] {
+                let found = counted(&text, Start::second_order([1.0], [0.0]), h, order, 4.0);
+                assert_eq!(found, None, "{h} {order}");
+            }
+        }
+    }
+}
+
+/// Where forces have found their balance, what is left of them is rounding.
+#[test]
+fn a_balance_that_is_found_does_not_jump() {
+    for (force, steps) in [
+        ("1 - 1000 * dot(x)", [0.01, 0.005, 0.003, 0.02, 1e-3]),
+        ("0.3 - 30 * dot(x)", [0.1, 0.07, 0.05, 0.01, 0.2]),
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};");
+        let text = Text::parse("relaxation", &text).unwrap();
+        for h in steps {
+            let found = counted(&text, Start::second_order([0.0], [0.0]), h, 2, 200.0 * h);
+            assert_eq!(found, None, "{force} {h}");
+        }
+    }
 }
