@@ -51,11 +51,10 @@ impl Increments {
         };
         let before = last.any();
         if before.index + 1 == node.index {
-            let changes = position_changes(shape, [before.point(), node.point()]);
+            let [increments, integrals] = position_changes(shape, [before.point(), node.point()]);
             let h = (node.t - before.t).abs();
-            for i in 0..n {
+            for (i, (increment, integral)) in increments.into_iter().zip(integrals).enumerate() {
                 self.largest[i] = self.largest[i].max(node.v[i].abs());
-                let [increment, integral] = [changes[0][i], changes[1][i]];
                 // what rests moves by rounding
                 let differs =
                     node.stop != Stop::Sticks && (increment - integral).abs() > LEAST * h * self.largest[i];

@@ -67,7 +67,7 @@ fn a_leap_into_a_stiff_contact_is_told() {
                     let words = ["the energy changes from", "the energy grows", "error:"];
                     let is_told = words.iter().any(|words| warnings.contains(words));
                     assert!(is_told, "{contact} {step} {order}: {energy} {warnings}");
-                } else if step == 1e-4 {
+                } else if step < 1e-3 {
                     assert!(energy < 9.9);
                     assert!(!warnings.contains("the energy changes from"), "{warnings}");
                 }

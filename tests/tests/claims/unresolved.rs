@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 
 use dsocs_core::text::Text;
 use dsocs_core::{
-    AnyComposedFlow, Composition, Real, Run, Samples, Start, Stepper, TaylorFlow, Tolerance, Unresolved,
-    dsocs,
+    AnyComposedFlow, Composition, Real, Samples, Start, Stepper, TaylorFlow, Tolerance, Unresolved, dsocs,
 };
 use dsocs_tests::declared;
 use dsocs_tests::text::Flow;
