@@ -346,13 +346,13 @@ impl Counts {
         Some((place(number / 2, self.sequences)?, number % 2 == 1))
     }
 
-    /// The block of an inner sum; squares stand behind the products.
+    /// The place of an inner sum; squares stand behind the products, whose blocks come in pairs.
     fn sum(&self, reader: &mut Reader<'_>) -> Option<Place> {
         let number = reader.number()?;
         if number.is_multiple_of(2) {
             return place(number / 2, self.products);
         }
-        let first = Place::try_from(self.products.next_multiple_of(LANES)).ok()?;
+        let first = Place::try_from(self.products.next_multiple_of(2 * LANES)).ok()?;
         Some(place(number / 2, self.squares)? + first)
     }
 

@@ -64,7 +64,7 @@ pub(super) fn first<const EAGER: bool>(k: usize) -> usize {
 /// The number of leading blocks that form one sum in each lane. The others form two, which need not wait for each
 /// other: there are registers for those of at most two blocks, and for the ones beyond a multiple of four.
 #[inline(always)]
-pub(super) fn ones(blocks: usize) -> usize {
+pub(crate) fn ones(blocks: usize) -> usize {
     match blocks {
         0..=2 => 0,
         3..=4 => blocks,
@@ -81,29 +81,6 @@ pub(crate) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums:
     }
     for (sum, block) in to_rest.iter_mut().zip(rest) {
         [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 2);
-    }
-}
-
-/// The inner sums of any number of blocks of products, then of squares, in the order in which
-/// [`Table::product_sums`](super::sums::Table::product_sums) and
-/// [`Table::square_sums`](super::sums::Table::square_sums) add their terms.
-#[inline(always)]
-pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
-    products: &[Products],
-    squares: &[Squares],
-    k: usize,
-    sums: &mut [Row<f64>],
-) {
-    let k = k.clamp(1, ROWS - 1);
-    let first = first::<EAGER>(k);
-    let (to_products, to_squares) = sums.split_at_mut(products.len().min(sums.len()));
-    let ones = ones(products.len());
-    let (of_ones, of_twos) = products.split_at(ones);
-    let (to_ones, to_twos) = to_products.split_at_mut(ones);
-    in_pairs::<f64, FUSED, 1>(of_ones, k, first, to_ones);
-    in_pairs::<f64, FUSED, 2>(of_twos, k, first, to_twos);
-    for (to, block) in to_squares.iter_mut().zip(squares) {
-        *to = square_sum::<f64, FUSED>(block, k, first, LANES);
     }
 }
 

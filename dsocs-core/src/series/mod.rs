@@ -9,6 +9,7 @@
 
 pub(crate) mod blocks;
 pub(crate) mod coefficient;
+pub(crate) mod convolutions;
 pub mod formulas;
 pub(crate) mod jet;
 pub(crate) mod orders;

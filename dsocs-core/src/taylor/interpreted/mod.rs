@@ -13,7 +13,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use self::order::Lists;
-use self::walk::{Expansion, Factors, Tables, Way, zeros};
+use self::walk::{Expansion, FACTOR, Numbers, Tables, Way};
 use super::Tolerance;
 use super::control::Judged;
 use super::flow::AnyTaylorFlow;
@@ -38,8 +38,6 @@ pub(super) struct Interpreted<'s> {
     lists: Lists,
     /// The values of the parameters.
     values: Vec<f64>,
-    /// Factors: numbers, expressions of the parameters, and 1/3.
-    factors: Box<Factors>,
     tables: Tables,
     /// Workspace of a step: its increments.
     room: Cell<Vec<f64>>,
@@ -84,7 +82,6 @@ impl<'s> Interpreted<'s> {
         let mut interpreted = Self {
             lists: Lists::new(&series)?,
             values: values.collect(),
-            factors: zeros(&0.0)?,
             tables: Tables::new(&series, &kernel.shape().rotations)?,
             room: Cell::default(),
             kernel,
@@ -94,10 +91,12 @@ impl<'s> Interpreted<'s> {
         Some(interpreted)
     }
 
-    /// Computes the factors of the parameters.
+    /// Computes the factors: numbers, expressions of the parameters, and 1/3.
     fn decide(&mut self) {
         let series = &*self.series;
-        let (numbers, computed) = self.factors.split_at_mut(series.numbers.len());
+        let mut numbers = Numbers(&mut self.tables.numbers);
+        let factors = numbers.all::<FACTOR>();
+        let (numbers, computed) = factors.split_at_mut(series.numbers.len());
         numbers.copy_from_slice(&series.numbers);
         let values = &self.values;
         let leaf = |which| match which {
@@ -111,7 +110,9 @@ impl<'s> Interpreted<'s> {
                 *factor = value;
             }
         });
-        self.factors[series.factors()] = 1.0 / 3.0;
+        if let Some(third) = computed.get_mut(series.computed) {
+            *third = 1.0 / 3.0;
+        }
     }
 
     /// Expands a series, after a step if there is one.
@@ -120,7 +121,6 @@ impl<'s> Interpreted<'s> {
         let expansion = Expansion {
             series: &self.series,
             lists: &self.lists,
-            factors: &self.factors,
             tables: &mut self.tables,
             room: &self.room,
             next,

@@ -14,17 +14,6 @@ pub(super) const ROOM: usize = 1 << Place::BITS;
 /// An operation of an order. Places are those of sequences; `sum` is that of an inner sum.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
-    Time {
-        to: Place,
-    },
-    Acceleration {
-        to: Place,
-        index: Place,
-    },
-    Multiplier {
-        to: Place,
-        index: Place,
-    },
     /// `c u`.
     Scaled {
         to: Place,
@@ -113,7 +102,6 @@ pub(super) enum Step {
     BySlope {
         to: Place,
         u: Place,
-        slope: Place,
         sum: Place,
     },
     /// `-u`.
@@ -125,7 +113,6 @@ pub(super) enum Step {
         to: Place,
         y: Place,
         x: Place,
-        radius: Place,
         sums: [Place; 3],
     },
     Abs {
@@ -155,6 +142,11 @@ pub(super) struct Lists {
     /// The sequences of each coordinate: position, velocity and acceleration. Those that are no operands have
     /// the place that nothing reads.
     pub(super) coordinates: Vec<[Place; 3]>,
+    /// The sequences of the time, and of the accelerations and multipliers that are solved for.
+    pub(super) time: Place,
+    pub(super) unknown: Vec<Place>,
+    /// The operations of order 0: first those that do not depend on accelerations that are solved for, then those that do.
+    pub(super) start: [Vec<Place>; 2],
     pub(super) known: Vec<Step>,
     pub(super) accelerated: Vec<Step>,
     pub(super) again: Vec<Step>,
@@ -162,21 +154,29 @@ pub(super) struct Lists {
 
 impl Lists {
     /// The lists of some recurrences; `None` if there are more than possible places.
+    ///
+    /// Each list is in the order of depths: neighbours then seldom need each other's results, and the processor computes several at a
+    /// time. Of one depth, equal operations come one after the other.
     pub(super) fn new(series: &Series) -> Option<Self> {
         // after the others come a sequence that is zero, one that nothing reads, and a factor 1/3
         let third = narrow(u32::try_from(series.factors()).ok()?)?;
         let unread = narrow(u32::try_from(series.operations.len() + 1).ok()?)?;
-        let blocks = series.products.len().div_ceil(LANES) + series.squares.len().div_ceil(LANES);
-        if blocks * LANES > ROOM {
+        let products = series.products.len().next_multiple_of(2 * LANES);
+        if products + series.squares.len().next_multiple_of(2 * LANES) > ROOM {
             return None;
         }
         let mut lists = Self {
             terms: Vec::new(),
             coordinates: Vec::new(),
+            time: unread,
+            unknown: vec![unread; series.unknown.len()],
+            start: [Vec::new(), Vec::new()],
             known: Vec::new(),
             accelerated: Vec::new(),
             again: Vec::new(),
         };
+        let [mut known, mut accelerated, mut again] = [Vec::new(), Vec::new(), Vec::new()];
+        let depths = depths(series);
         for &term in &series.terms {
             lists.terms.push(all(term)?);
         }
@@ -185,30 +185,41 @@ impl Lists {
         }
         for (to, op) in (0..).zip(&series.operations) {
             let to = narrow(to)?;
+            // a cosine is computed with its sine
+            if op.code != Code::Cos {
+                lists.start[usize::from(op.lists & ACCELERATED > 0)].push(to);
+            }
             if op.lists & LASTING == 0 {
                 continue;
             }
             match op.code {
                 Code::Position => lists.coordinates.get_mut(op.index as usize)?[0] = to,
                 Code::Velocity => lists.coordinates.get_mut(op.index as usize)?[1] = to,
-                // their higher coefficients are zero, and a cosine is computed with its sine
+                Code::Time => lists.time = to,
+                Code::Acceleration | Code::Multiplier => {
+                    let own = (op.code == Code::Multiplier, op.index);
+                    for (place, unknown) in lists.unknown.iter_mut().zip(&series.unknown) {
+                        if *unknown == own {
+                            *place = to;
+                        }
+                    }
+                }
+                // their higher coefficients are zero
                 Code::Constant | Code::Signum | Code::Cos => {}
                 _ => {
-                    let step = step(series, to, op, third)?;
-                    if op.lists & ACCELERATED == 0 {
-                        lists.known.push(step);
-                        join(&mut lists.known);
-                        continue;
-                    }
-                    lists.accelerated.push(step);
-                    join(&mut lists.accelerated);
-                    if op.lists & AGAIN > 0 {
-                        lists.again.push(step);
-                        join(&mut lists.again);
+                    let key = (depths[usize::from(to)], op.code as u8);
+                    let step = (key, step(series, to, op, third)?);
+                    let is_known = op.lists & ACCELERATED == 0;
+                    push(if is_known { &mut known } else { &mut accelerated }, step);
+                    if !is_known && op.lists & AGAIN > 0 {
+                        push(&mut again, step);
                     }
                 }
             }
         }
+        lists.known = in_order(known);
+        lists.accelerated = in_order(accelerated);
+        lists.again = in_order(again);
         Some(lists)
     }
 }
@@ -227,32 +238,63 @@ fn all<const K: usize>(places: [u32; K]) -> Option<[Place; K]> {
     Some(narrow)
 }
 
-/// Joins the last steps to one if there is an operation for all of them.
-fn join(steps: &mut Vec<Step>) {
+/// For each sequence, the length of the longest chain of operations that leads to its coefficient of an order.
+fn depths(series: &Series) -> Vec<u32> {
+    let mut depths: Vec<u32> = Vec::with_capacity(series.operations.len());
+    for op in &series.operations {
+        let [first, count] = op.terms.map(|index| index as usize);
+        let terms = series.terms.iter().skip(first).take(count).map(|term| term[1]);
+        // sequences behind it are read at lower orders alone
+        let parts = op.parts.into_iter().chain(terms);
+        let depth = parts.filter_map(|part| depths.get(part as usize)).max();
+        depths.push(depth.map_or(0, |depth| depth + 1));
+    }
+    depths
+}
+
+/// The depth of a step, and its operation.
+type Key = (u32, u8);
+
+/// Steps in the order of their keys.
+fn in_order(mut steps: Vec<(Key, Step)>) -> Vec<Step> {
+    steps.sort_by_key(|&(key, _)| key);
+    steps.into_iter().map(|(_, step)| step).collect()
+}
+
+/// Adds a step with its key, and joins the last steps to one if there is an operation for all of them.
+fn push(steps: &mut Vec<(Key, Step)>, step: (Key, Step)) {
+    steps.push(step);
     if let [
         ..,
-        Step::Rate { to, u, factor, sum },
-        Step::Square {
-            to: square,
-            u: value,
-            sum: of_square,
-        },
-        Step::Minus {
-            to: slope,
-            u: negative,
-        },
+        (key, Step::Rate { to, u, factor, sum }),
+        (
+            _,
+            Step::Square {
+                to: square,
+                u: value,
+                sum: of_square,
+            },
+        ),
+        (
+            _,
+            Step::Minus {
+                to: slope,
+                u: negative,
+            },
+        ),
     ] = **steps
         && (factor, value, negative) == (slope, to, square)
         && (usize::from(square), usize::from(slope)) == (usize::from(to) + 1, usize::from(to) + 2)
     {
         let before = steps.len() - 3;
         steps.truncate(before);
-        steps.push(Step::Tangent {
+        let step = Step::Tangent {
             to,
             u,
             slope,
             sums: [sum, of_square],
-        });
+        };
+        steps.push((key, step));
     }
 }
 
@@ -262,17 +304,15 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
     let sums = all(op.sums)?;
     let sum = sums[0];
     Some(match op.code {
-        Code::Time => Step::Time { to },
-        Code::Acceleration => Step::Acceleration {
-            to,
-            index: narrow(op.index)?,
-        },
-        Code::Multiplier => Step::Multiplier {
-            to,
-            index: narrow(op.index)?,
-        },
-        // these are done before, or need no operation
-        Code::Constant | Code::Signum | Code::Cos | Code::Position | Code::Velocity => return None,
+        // these are known before, or need no operation
+        Code::Time
+        | Code::Position
+        | Code::Velocity
+        | Code::Acceleration
+        | Code::Multiplier
+        | Code::Constant
+        | Code::Signum
+        | Code::Cos => return None,
         Code::Linear => {
             let [first, count] = op.terms;
             let terms = series.terms.get(first as usize..)?;
@@ -339,18 +379,16 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
             factor: v,
             sum,
         },
-        Code::Ln | Code::Ln1p => Step::BySlope { to, u, slope: u, sum },
-        Code::Asin | Code::Acos | Code::Atan | Code::Asinh | Code::Acosh | Code::Atanh => {
-            Step::BySlope { to, u, slope: v, sum }
-        }
+        Code::Ln
+        | Code::Ln1p
+        | Code::Asin
+        | Code::Acos
+        | Code::Atan
+        | Code::Asinh
+        | Code::Acosh
+        | Code::Atanh => Step::BySlope { to, u, sum },
         Code::Conjugate => Step::Minus { to, u: v },
-        Code::Atan2 => Step::Angle {
-            to,
-            y: u,
-            x: v,
-            radius: w,
-            sums,
-        },
+        Code::Atan2 => Step::Angle { to, y: u, x: v, sums },
         Code::Abs => Step::Abs { to, u },
         Code::Less | Code::LessOrEqual => Step::Select {
             to,

@@ -1,8 +1,8 @@
 //! Order 0 of recurrences.
 
-use super::order::Lists;
-use super::walk::{Factors, INVERSE, START, Tables, linear, terms};
-use crate::kernel::series::{ACCELERATED, Code, Operation, Series};
+use super::order::{Lists, Place};
+use super::walk::{FACTOR, INVERSE, Numbers, START, Tables, linear, terms};
+use crate::kernel::series::{Code, Operation, Series};
 use crate::number::scalar::Scalar;
 use crate::series::coefficient::Coefficient;
 use crate::series::formulas;
@@ -13,7 +13,6 @@ use crate::series::rows;
 pub(super) struct Start<'a> {
     pub(super) series: &'a Series,
     pub(super) lists: &'a Lists,
-    pub(super) factors: &'a Factors,
     pub(super) next: &'a rows::Series,
 }
 
@@ -21,8 +20,8 @@ impl Start<'_> {
     /// Evaluates the operations that depend on accelerations that are solved for, or the others.
     #[inline(always)]
     pub(super) fn operations<const FUSED: bool>(&self, tables: &mut Tables, accelerated: bool) {
-        for (to, op) in self.series.operations.iter().enumerate() {
-            if (op.lists & ACCELERATED > 0) == accelerated {
+        for &to in &self.lists.start[usize::from(accelerated)] {
+            if let Some(op) = self.series.operations.get(usize::from(to)) {
                 self.operation::<FUSED>(to, op, tables);
             }
         }
@@ -31,15 +30,16 @@ impl Start<'_> {
     /// One operation.
     #[inline(always)]
     #[allow(clippy::too_many_lines)] // one operation after another, each a few lines
-    fn operation<const FUSED: bool>(&self, to: usize, op: &Operation, tables: &mut Tables) {
+    fn operation<const FUSED: bool>(&self, to: Place, op: &Operation, tables: &mut Tables) {
         let Tables {
-            sequences,
+            numbers,
             solved,
             switches,
             calls,
             ..
         } = tables;
-        let z = |part: usize| sequences[op.parts[part] as usize][START];
+        let mut numbers = Numbers(numbers);
+        let z = |part: usize| numbers.at::<START>(op.parts[part]);
         let u = z(0);
         let index = op.index as usize;
         let switch = op.switch.map(|switch| switch as usize);
@@ -50,13 +50,11 @@ impl Start<'_> {
             Code::Velocity => self.next.velocity_of(0)[index],
             Code::Acceleration => solved[index],
             Code::Multiplier => solved[self.series.coordinates + index],
-            Code::Constant => self.factors[index],
+            Code::Constant => numbers.at::<FACTOR>(op.index),
             Code::Linear => {
-                let constant = op.constant.map(|constant| self.factors[constant as usize]);
+                let constant = op.constant.map(|constant| numbers.at::<FACTOR>(constant));
                 let terms = terms(self.lists, op.terms[0], op.terms[1]);
-                linear::<FUSED>(constant, terms, self.factors, |place| {
-                    sequences[place as usize][START]
-                })
+                linear::<FUSED, START>(constant, terms, &numbers)
             }
             Code::Product => u * z(1),
             Code::Square => u * u,
@@ -79,7 +77,7 @@ impl Start<'_> {
             }
             Code::Power => {
                 inverse = formulas::inverted(u);
-                Scalar::powf(u, self.factors[index])
+                Scalar::powf(u, numbers.at::<FACTOR>(op.index))
             }
             Code::Exp => Scalar::exp(u),
             Code::ExpM1 => Scalar::exp_m1(u),
@@ -93,9 +91,7 @@ impl Start<'_> {
             }
             Code::Sin => {
                 let (sine, cosine) = Coefficient::sin_cos(u);
-                if let Some(partner) = sequences.get_mut(to + 1) {
-                    partner[START] = cosine;
-                }
+                numbers.set::<START>(to.saturating_add(1), cosine);
                 sine
             }
             // computed with its sine
@@ -160,8 +156,7 @@ impl Start<'_> {
                 }
             }
         };
-        if let Some(to) = sequences.get_mut(to) {
-            [to[START], to[INVERSE]] = [value, inverse];
-        }
+        numbers.set::<START>(to, value);
+        numbers.set::<INVERSE>(to, inverse);
     }
 }

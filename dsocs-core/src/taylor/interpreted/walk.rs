@@ -8,7 +8,8 @@ use crate::kernel::series::{Argument, Series};
 use crate::number::compensated;
 use crate::number::dispatch::Work;
 use crate::number::fours::on_doubles;
-use crate::series::blocks::{Products, Squares, all_sums};
+use crate::series::blocks::ones;
+use crate::series::convolutions::{InnerSums, Pair};
 use crate::series::formulas;
 use crate::series::jet::{Call, Jet};
 use crate::series::orders::{LANES, RECIPROCALS, Row};
@@ -21,30 +22,50 @@ use crate::taylor::recurrences::Along;
 use crate::taylor::solve::{AnyAccelerations, back_into};
 use crate::taylor::state::State;
 
-/// The coefficients of a sequence that are kept.
-type Sequence = [f64; 5];
-
+/// The fields of the numbers. Of each sequence: the coefficient of the order at hand.
+const NOW: usize = 0;
 /// The coefficient of order 0.
-pub(super) const START: usize = 0;
+pub(super) const START: usize = 1;
 /// The reciprocal of the divisor of all orders, or the sign that selects a piece.
-pub(super) const INVERSE: usize = 1;
-/// The coefficient of order 1; zero up to order 2, where both newest terms are the same.
-const FIRST: usize = 2;
-/// First of the places of the coefficients of this order and of the previous one, alternating.
-const NOW: usize = 3;
+pub(super) const INVERSE: usize = 2;
+/// The factors.
+pub(super) const FACTOR: usize = 3;
+/// The inner sums of an order, products before squares.
+const SUM: usize = 4;
+const FIELDS: usize = 5;
 
-/// All sequences, one for every possible [`Place`]; unwritten pages take no physical memory.
-type Sequences = [Sequence; ROOM];
+/// The distance of two fields. The numbers of a sequence are in different sets of the cache.
+const FIELD: usize = ROOM + 72;
 
-/// All factors.
-pub(super) type Factors = [f64; ROOM];
+/// All numbers: of each field one for every possible [`Place`], so that no bounds are checked. Unwritten pages take no physical memory.
+pub(super) type Memory = [f64; FIELDS * FIELD];
 
-/// The inner sums of an order.
-type Sums = [Row<f64>; ROOM / LANES];
+/// The number of a field at a place.
+#[inline(always)]
+fn number<const OF: usize>(memory: &Memory, place: impl Into<u32>) -> f64 {
+    memory[OF * FIELD + place.into() as usize]
+}
 
-/// A table of zeros that is never built on the stack.
-pub(super) fn zeros<T: Clone, const M: usize>(zero: &T) -> Option<Box<[T; M]>> {
-    vec![zero.clone(); M].into_boxed_slice().try_into().ok()
+/// Access to the numbers.
+pub(super) struct Numbers<'a>(pub(super) &'a mut Memory);
+
+impl Numbers<'_> {
+    /// The number of a field at a place.
+    #[inline(always)]
+    pub(super) fn at<const OF: usize>(&self, place: impl Into<u32>) -> f64 {
+        number::<OF>(self.0, place)
+    }
+
+    #[inline(always)]
+    pub(super) fn set<const OF: usize>(&mut self, place: impl Into<u32>, value: f64) {
+        self.0[OF * FIELD + place.into() as usize] = value;
+    }
+
+    /// The numbers of a field.
+    #[inline(always)]
+    pub(super) fn all<const OF: usize>(&mut self) -> &mut [f64] {
+        &mut self.0[OF * FIELD..OF * FIELD + ROOM]
+    }
 }
 
 /// The operands of a row: the sequences, and 1 for those that are multiplied by the order.
@@ -52,19 +73,32 @@ pub(super) fn zeros<T: Clone, const M: usize>(zero: &T) -> Option<Box<[T; M]>> {
 struct Stored {
     from: [Place; LANES],
     rate: Row<f64>,
+    /// Whether any is multiplied.
+    any: bool,
+    /// What the coefficients of order 1 are multiplied by in the newest terms: 1, or in a square 2 on the left and 0 on the right.
+    newest: Row<f64>,
+}
+
+/// The operands of a block of inner sums.
+#[derive(Clone, Copy, Debug)]
+struct Operands {
+    /// The pair of blocks, and which of them it is.
+    place: [usize; 2],
+    /// Left and right; of a block of squares only those on the left are read.
+    sides: [Stored; 2],
+    is_square: bool,
 }
 
 /// The state of the recurrences.
 pub(super) struct Tables {
-    pub(super) sequences: Box<Sequences>,
-    products: Vec<Products>,
-    squares: Vec<Squares>,
-    /// The operands that are stored in each order: left and right of each block of products, and the blocks
-    /// of squares.
-    of_products: Vec<[Stored; 2]>,
-    of_squares: Vec<Stored>,
-    /// The inner sums of an order, products before squares.
-    sums: Box<Sums>,
+    pub(super) numbers: Box<Memory>,
+    /// The pairs of blocks of inner sums: products, then squares.
+    pairs: Vec<Pair>,
+    /// The number of pairs of products, and of leading blocks of them that form one sum in each lane.
+    products: usize,
+    ones: usize,
+    /// What is stored in each order.
+    operands: Vec<Operands>,
     /// The velocity of an order.
     velocity: Vec<f64>,
     /// Accelerations, then multipliers, that are solved for; then the same in the order of the unknowns.
@@ -136,31 +170,45 @@ impl Tables {
     /// Tables before the first order.
     pub(super) fn new(series: &Series, rotations: &[usize]) -> Option<Self> {
         let zero = u32::try_from(series.operations.len()).ok()?;
-        let rows = |operands: &mut dyn Iterator<Item = (u32, bool)>| {
-            let operands: Vec<_> = operands.collect();
-            let rows = operands.chunks(LANES).map(|lanes| {
-                let lane = |lane: usize| lanes.get(lane).copied().unwrap_or((zero, false));
-                Stored {
-                    // sequences whose places are possible
-                    from: core::array::from_fn(|i| narrow(lane(i).0).unwrap_or_default()),
-                    rate: core::array::from_fn(|i| if lane(i).1 { 1.0 } else { 0.0 }),
-                }
-            });
-            rows.collect::<Vec<_>>()
+        // an operand, and what its coefficient of order 1 is multiplied by
+        let rows = |operands: &[((u32, bool), f64)]| {
+            let lane = |lane: usize| operands.get(lane).copied().unwrap_or(((zero, false), 0.0));
+            Stored {
+                // sequences whose places are possible
+                from: core::array::from_fn(|i| narrow(lane(i).0.0).unwrap_or_default()),
+                rate: core::array::from_fn(|i| if lane(i).0.1 { 1.0 } else { 0.0 }),
+                any: operands.iter().any(|lane| lane.0.1),
+                newest: core::array::from_fn(|i| lane(i).1),
+            }
         };
-        let [left, right] =
-            [0, 1].map(|side: usize| rows(&mut series.products.iter().map(|operands| operands[side])));
-        let of_products = left.into_iter().zip(right).map(<[Stored; 2]>::from);
-        let of_products: Vec<_> = of_products.collect();
-        let of_squares = rows(&mut series.squares.iter().copied());
+        let squares = series.squares.iter().map(|&operand| [operand; 2]);
+        let (products, squares) = (&series.products, squares.collect());
+        let count = |blocks: &Vec<_>| blocks.len().div_ceil(2 * LANES);
+        let mut operands = Vec::new();
+        for (blocks, first, is_square) in [(products, 0, false), (&squares, count(products), true)] {
+            for (place, lanes) in blocks.chunks(LANES).enumerate() {
+                let sides = [0, 1].map(|side: usize| {
+                    let lanes = lanes.iter().map(|both| match both {
+                        [left, right] if left == right => (*left, [2.0, 0.0][side]),
+                        _ => (both[side], 1.0),
+                    });
+                    rows(&lanes.collect::<Vec<_>>())
+                });
+                operands.push(Operands {
+                    place: [first + place / 2, place % 2],
+                    sides,
+                    is_square,
+                });
+            }
+        }
         let m = series.rows.len();
         Some(Self {
-            sequences: zeros(&[0.0; 5])?,
-            products: vec![Products::default(); of_products.len()],
-            squares: vec![Squares::default(); of_squares.len()],
-            of_products,
-            of_squares,
-            sums: zeros(&[0.0; LANES])?,
+            // never built on the stack
+            numbers: vec![0.0; FIELDS * FIELD].into_boxed_slice().try_into().ok()?,
+            pairs: vec![Pair::default(); count(products) + count(&squares)],
+            products: count(products),
+            ones: ones(products.len().div_ceil(LANES)),
+            operands,
             velocity: vec![0.0; series.coordinates],
             solved: vec![0.0; series.coordinates + series.multipliers],
             unknown: vec![0.0; m],
@@ -223,8 +271,6 @@ impl Work for Way<'_> {
 pub(super) struct Expansion<'a, 'c> {
     pub(super) series: &'a Series,
     pub(super) lists: &'a Lists,
-    /// The factors by their places.
-    pub(super) factors: &'a Factors,
     pub(super) tables: &'a mut Tables,
     pub(super) room: &'a Cell<Vec<f64>>,
     pub(super) next: &'a mut rows::Series,
@@ -295,12 +341,10 @@ impl Expansion<'_, '_> {
         let walk = Start {
             series,
             lists: self.lists,
-            factors: self.factors,
             next,
         };
-        for sequence in tables.sequences.iter_mut().take(series.operations.len()) {
-            [sequence[FIRST], sequence[NOW], sequence[NOW + 1]] = [0.0; 3];
-        }
+        let mut numbers = Numbers(&mut tables.numbers);
+        numbers.all::<NOW>()[..series.operations.len().min(ROOM)].fill(0.0);
         walk.operations::<FUSED>(tables, false);
         if !series.unknown.is_empty() {
             for (a, &guess) in tables.solved.iter_mut().zip(walk.next.velocity_of(1)) {
@@ -316,13 +360,13 @@ impl Expansion<'_, '_> {
                 }
                 walk.operations::<FUSED>(tables, true);
                 for (row, &from) in tables.rows.iter_mut().zip(&series.rows) {
-                    *row = tables.sequences[from as usize][START];
+                    *row = number::<START>(&tables.numbers, from);
                 }
                 let size = series.rows.len();
                 tables.jacobian.fill(0.0);
                 for &[row, column, from] in &series.jacobian {
                     tables.jacobian[row as usize * size + column as usize] =
-                        tables.sequences[from as usize][START];
+                        number::<START>(&tables.numbers, from);
                 }
                 let more = tables.accelerations.improve::<FUSED>(
                     &tables.rows,
@@ -336,26 +380,24 @@ impl Expansion<'_, '_> {
         }
         let determinant = (!series.unknown.is_empty()).then_some(tables.accelerations.sign);
         let divisors = series.divisors.iter();
-        let divisors = divisors.map(|&divisor| tables.sequences[divisor as usize][START].signum());
+        let divisors = divisors.map(|&divisor| number::<START>(&tables.numbers, divisor).signum());
         next.set_signs(rows::number_of_signs(determinant.into_iter().chain(divisors)));
         for (switch, argument) in tables.switches.iter_mut().zip(&series.arguments) {
             match *argument {
-                Argument::Steep(u) => switch.steep(tables.sequences[u as usize][START]),
-                Argument::Power(u, exponent) => switch.power(tables.sequences[u as usize][START], exponent),
-                Argument::Bounded(u, bound) => switch.bounded(tables.sequences[u as usize][START], bound),
+                Argument::Steep(u) => switch.steep(number::<START>(&tables.numbers, u)),
+                Argument::Power(u, exponent) => {
+                    switch.power(number::<START>(&tables.numbers, u), exponent);
+                }
+                Argument::Bounded(u, bound) => {
+                    switch.bounded(number::<START>(&tables.numbers, u), bound);
+                }
                 Argument::Sign(_) | Argument::Difference(..) => {}
             }
         }
         let [q, v] = next.tables_mut();
         let (_, v) = v.split_at_mut(n);
-        advance::<START, 1>(
-            &self.lists.coordinates,
-            &mut tables.sequences,
-            &mut tables.velocity,
-            1,
-            [&mut q[n..], &mut *v],
-        );
-        turn::<FUSED, 1>(tables, &self.lists.coordinates, 1, [&mut q[n..], v]);
+        advance::<START>(self.lists, tables, 1, [&mut q[n..], &mut *v]);
+        turn::<FUSED>(tables, self.lists, 1, [&mut q[n..], v]);
     }
 
     /// The higher orders.
@@ -370,16 +412,8 @@ impl Expansion<'_, '_> {
         for (k, (q, v)) in (1..order).zip(rows) {
             // an order is long: no registers are used for loop counters
             let k = core::hint::black_box(k);
-            let row = [&mut *q, &mut *v];
-            // of two coefficients the one of this order, alternating; as literals, so that no place is
-            // computed
-            if k % 2 == 0 {
-                order_of::<FUSED, EAGER, 0, 1>(self.series, self.lists, self.factors, self.tables, k, row);
-                turn::<FUSED, 1>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
-            } else {
-                order_of::<FUSED, EAGER, 1, 0>(self.series, self.lists, self.factors, self.tables, k, row);
-                turn::<FUSED, 0>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
-            }
+            order_of::<FUSED, EAGER>(self.series, self.lists, self.tables, k, [&mut *q, &mut *v]);
+            turn::<FUSED>(self.tables, self.lists, k + 1, [q, v]);
         }
         // a position is one order ahead of its velocity
         let (velocities, q) = (&v[order * n..], &mut q[(order + 1) * n..]);
@@ -390,72 +424,63 @@ impl Expansion<'_, '_> {
     }
 }
 
-/// Computes the coefficients of order `k` of rotations, which replace those from the velocity; they stand at
-/// `TURN` of their sequences.
+/// Computes the coefficients of order `k` of rotations, which replace those from the velocity.
 #[inline(always)]
-fn turn<const FUSED: bool, const TURN: usize>(
-    tables: &mut Tables,
-    coordinates: &[[Place; 3]],
-    k: usize,
-    [q, v]: [&mut [f64]; 2],
-) {
-    let Tables {
-        turning, sequences, ..
-    } = tables;
+fn turn<const FUSED: bool>(tables: &mut Tables, lists: &Lists, k: usize, [q, v]: [&mut [f64]; 2]) {
+    let Tables { turning, numbers, .. } = tables;
     if turning.rotations.is_empty() {
         return;
     }
+    let mut numbers = Numbers(numbers);
     turning.advance::<FUSED>(k, q, Some(v));
     for &first in &turning.rotations {
         for i in first..first + SLOTS {
-            if let (Some(&[place, ..]), Some(x)) = (coordinates.get(i), q.get(i)) {
-                sequences[place as usize][NOW + TURN] = *x;
+            if let (Some(&[place, ..]), Some(x)) = (lists.coordinates.get(i), q.get(i)) {
+                numbers.set::<NOW>(place, *x);
             }
         }
     }
 }
 
-/// Stores the accelerations of an order, which stand at a place of their sequences. Positions and velocities
+/// Stores the accelerations of an order, which stand in a field of their sequences. Positions and velocities
 /// of the next order follow.
 #[inline(always)]
-fn advance<const FROM: usize, const NEXT: usize>(
-    coordinates: &[[Place; 3]],
-    sequences: &mut Sequences,
-    velocity: &mut [f64],
+fn advance<const FROM: usize>(
+    lists: &Lists,
+    tables: &mut Tables,
     next: usize,
     [to_q, to_v]: [&mut [f64]; 2],
 ) {
+    let Tables {
+        numbers, velocity, ..
+    } = tables;
+    let mut numbers = Numbers(numbers);
     let scale = RECIPROCALS[next];
     let rows = to_q.iter_mut().zip(to_v).zip(velocity);
-    for (&[q, v, a], ((to_q, to_v), now)) in coordinates.iter().zip(rows) {
+    for (&[q, v, a], ((to_q, to_v), now)) in lists.coordinates.iter().zip(rows) {
         *to_q = *now * scale;
-        *now = sequences[a as usize][FROM] * scale;
+        *now = numbers.at::<FROM>(a) * scale;
         *to_v = *now;
-        sequences[q as usize][NOW + NEXT] = *to_q;
-        sequences[v as usize][NOW + NEXT] = *now;
+        numbers.set::<NOW>(q, *to_q);
+        numbers.set::<NOW>(v, *now);
     }
 }
 
-/// Computes the coefficients of one order, at `TURN`, and of the sequences one order ahead, at `NEXT`.
+/// Computes the coefficients of one order, and of the sequences one order ahead.
 #[inline(always)]
-fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT: usize>(
+fn order_of<const FUSED: bool, const EAGER: bool>(
     series: &Series,
     lists: &Lists,
-    factors: &Factors,
     tables: &mut Tables,
     k: usize,
     row: [&mut [f64]; 2],
 ) {
-    let n = series.coordinates;
     let Tables {
-        sequences,
+        numbers,
+        pairs,
         products,
-        squares,
-        of_products,
-        of_squares,
-        sums,
-        velocity,
-        solved,
+        ones,
+        operands,
         rows,
         accelerations,
         switches,
@@ -463,81 +488,89 @@ fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT:
         unknown,
         ..
     } = tables;
-    let (sequences, sums): (&mut Sequences, &mut Sums) = (sequences, sums);
-    all_sums::<FUSED, EAGER>(products, squares, k, &mut sums[..products.len() + squares.len()]);
-    let below = k as f64 - 1.0;
-    let mut order = Order::<TURN> {
-        series,
-        lists,
-        factors,
-        sums: sums.as_flattened(),
-        sequences,
-        solved,
-        calls,
+    let mut numbers = Numbers(numbers);
+    on_doubles::<FUSED, _>(InnerSums::<EAGER> {
+        pairs,
+        products: *products,
+        ones: *ones,
         k,
-        r: RECIPROCALS[k],
-        below,
-    };
-    // one call for all lists: the function is long
+        sums: numbers.all::<SUM>().as_chunks_mut().0.as_chunks_mut().0,
+    });
+    numbers.set::<NOW>(lists.time, if k == 1 { 1.0 } else { 0.0 });
     let mut list = &lists.known;
     for phase in 0.. {
-        order.walk::<FUSED, EAGER>(list);
+        let order = Order {
+            series,
+            lists,
+            numbers: Numbers(&mut *numbers.0),
+            calls,
+            k,
+            steps: list,
+        };
+        order.run::<FUSED>();
         if phase == 2 || series.unknown.is_empty() {
             break;
         }
         if phase == 0 {
-            order.solved.fill(0.0);
+            for &place in &lists.unknown {
+                numbers.set::<NOW>(place, 0.0);
+            }
             list = &lists.accelerated;
             continue;
         }
         for (row, &from) in rows.iter_mut().zip(&series.rows) {
-            *row = order.of_series(from);
+            *row = numbers.at::<NOW>(from);
         }
         back_into::<FUSED>(&accelerations.inverse, rows, unknown);
-        for (&place, x) in series.unknown.iter().zip(&*unknown) {
-            order.solved[at(place, n)] = *x;
+        for (&place, x) in lists.unknown.iter().zip(&*unknown) {
+            numbers.set::<NOW>(place, *x);
         }
         list = &lists.again;
     }
+    let numbers = &numbers;
     for (switch, argument) in switches.iter_mut().zip(&series.arguments) {
         let coefficient = match *argument {
             Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
-                order.of_series(u)
+                numbers.at::<NOW>(u)
             }
-            Argument::Difference(u, v) => order.of_series(u) - order.of_series(v),
+            Argument::Difference(u, v) => numbers.at::<NOW>(u) - numbers.at::<NOW>(v),
         };
         switch.push(k, coefficient);
     }
-    for (block, [left, right]) in products.iter_mut().zip(of_products) {
-        block.left[k] = left.row::<TURN>(sequences, below);
-        block.right[k] = right.row::<TURN>(sequences, below);
-    }
-    for (block, stored) in squares.iter_mut().zip(of_squares) {
-        block.rows[k] = stored.row::<TURN>(sequences, below);
-    }
-    if EAGER && k == 2 {
-        for sequence in sequences.iter_mut().take(series.operations.len()) {
-            sequence[FIRST] = sequence[NOW + 1];
+    let below = k as f64 - 1.0;
+    for Operands {
+        place: [pair, block],
+        sides: [left, right],
+        is_square,
+    } in operands
+    {
+        let row = left.row(numbers, below);
+        let other = if *is_square {
+            row
+        } else {
+            right.row(numbers, below)
+        };
+        pairs[*pair].store(k, *block, [row, other]);
+        if EAGER && k == 2 {
+            pairs[*pair].keep(*block, [left.newest, right.newest]);
         }
     }
-    if TURN == 0 {
-        advance::<NOW, NEXT>(&lists.coordinates, sequences, velocity, k + 1, row);
-    } else {
-        advance::<{ NOW + 1 }, NEXT>(&lists.coordinates, sequences, velocity, k + 1, row);
-    }
+    advance::<NOW>(lists, tables, k + 1, row);
 }
 
 impl Stored {
     /// The operands of an order.
     #[inline(always)]
-    fn row<const TURN: usize>(&self, sequences: &Sequences, below: f64) -> Row<f64> {
+    fn row(&self, numbers: &Numbers<'_>, below: f64) -> Row<f64> {
         let mut row = [0.0; LANES];
         for i in 0..LANES {
-            row[i] = sequences[self.from[i] as usize][NOW + TURN];
+            row[i] = numbers.at::<NOW>(self.from[i]);
         }
-        // exact: a small integer, and 1 for those that are not multiplied
-        for i in 0..LANES {
-            row[i] *= 1.0 + self.rate[i] * below;
+        if self.any {
+            // exact: a small integer, and 1 for those that are not multiplied
+            for i in 0..LANES {
+                row[i] *= 1.0 + self.rate[i] * below;
+            }
         }
         row
     }
@@ -558,24 +591,24 @@ pub(super) fn terms(lists: &Lists, first: u32, count: u32) -> &[[Place; 2]] {
 
 /// `constant + Σ coefficient · term`, with the operations of the attribute's code.
 #[inline(always)]
-pub(super) fn linear<const FUSED: bool>(
+pub(super) fn linear<const FUSED: bool, const OF: usize>(
     constant: Option<f64>,
     terms: &[[Place; 2]],
-    factors: &Factors,
-    value: impl Fn(Place) -> f64,
+    numbers: &Numbers<'_>,
 ) -> f64 {
     if terms.len() > SHORT_SUM {
         // four independent sums
         let mut sums = [0.0; 4];
         for (i, &[c, x]) in terms.iter().enumerate() {
-            sums[i % 4] = add_product::<FUSED, f64>(sums[i % 4], factors[c as usize], value(x));
+            let (c, x) = (numbers.at::<FACTOR>(c), numbers.at::<OF>(x));
+            sums[i % 4] = add_product::<FUSED, f64>(sums[i % 4], c, x);
         }
         let rest = (sums[0] + sums[1]) + (sums[2] + sums[3]);
         return constant.map_or(rest, |constant| constant + rest);
     }
     let mut sum = constant;
     for &[c, x] in terms {
-        let (c, x) = (factors[c as usize], value(x));
+        let (c, x) = (numbers.at::<FACTOR>(c), numbers.at::<OF>(x));
         sum = Some(match sum {
             None => c * x,
             Some(sum) => add_product::<FUSED, f64>(sum, c, x),
@@ -584,154 +617,106 @@ pub(super) fn linear<const FUSED: bool>(
     sum.unwrap_or(0.0)
 }
 
-/// One order beyond 0.
-struct Order<'a, const TURN: usize> {
+/// Operations of one order beyond 0.
+struct Order<'a> {
     series: &'a Series,
     lists: &'a Lists,
-    factors: &'a Factors,
-    /// The inner sums.
-    sums: &'a [f64],
-    sequences: &'a mut Sequences,
-    /// Accelerations and multipliers.
-    solved: &'a mut [f64],
+    numbers: Numbers<'a>,
     calls: &'a mut [Call],
     k: usize,
-    r: f64,
-    below: f64,
+    steps: &'a [Step],
 }
 
-impl<const TURN: usize> Order<'_, TURN> {
-    #[inline(always)]
-    fn of(&self, place: Place) -> &Sequence {
-        &self.sequences[place as usize]
-    }
-
+impl Order<'_> {
     /// The coefficient of this order at a place.
     #[inline(always)]
     fn now(&self, place: Place) -> f64 {
-        self.of(place)[NOW + TURN]
+        self.numbers.at::<NOW>(place)
     }
 
-    /// The coefficient of this order at a place of the series.
+    /// A factor.
     #[inline(always)]
-    fn of_series(&self, place: u32) -> f64 {
-        self.sequences[place as usize][NOW + TURN]
+    fn factor(&self, place: Place) -> f64 {
+        self.numbers.at::<FACTOR>(place)
+    }
+
+    /// The coefficient of order 0 at a place.
+    #[inline(always)]
+    fn start(&self, place: Place) -> f64 {
+        self.numbers.at::<START>(place)
+    }
+
+    /// The reciprocal of the divisor of all orders, or the sign, at a place.
+    #[inline(always)]
+    fn inverse(&self, place: Place) -> f64 {
+        self.numbers.at::<INVERSE>(place)
     }
 
     /// The coefficients of order 0 and of this order.
     #[inline(always)]
-    fn pair(of: &Sequence) -> [f64; 2] {
-        [of[START], of[NOW + TURN]]
+    fn pair(&self, of: Place) -> [f64; 2] {
+        [self.start(of), self.now(of)]
     }
 
-    /// The coefficients of order 1 and of the order before.
+    /// An inner sum.
     #[inline(always)]
-    fn newest(of: &Sequence) -> [f64; 2] {
-        [of[FIRST], of[NOW + (TURN ^ 1)]]
+    fn inner(&self, sum: Place) -> f64 {
+        self.numbers.at::<SUM>(sum)
     }
 
-    /// The coefficients of order 1 and of the order before of `j x_j`.
-    #[inline(always)]
-    fn rates(&self, of: &Sequence) -> [f64; 2] {
-        [of[FIRST], self.below * of[NOW + (TURN ^ 1)]]
-    }
-
-    /// The inner sum of two operands.
-    #[inline(always)]
-    fn inner<const FUSED: bool, const EAGER: bool>(&self, sum: Place, x: [f64; 2], y: [f64; 2]) -> f64 {
-        let sum = self.sums[sum as usize];
-        if EAGER {
-            formulas::inner::<FUSED, f64>(sum, x, y)
-        } else {
-            sum
-        }
-    }
-
-    /// The inner sum of an operand with itself.
-    #[inline(always)]
-    fn inner_square<const FUSED: bool, const EAGER: bool>(&self, sum: Place, x: [f64; 2]) -> f64 {
-        let sum = self.sums[sum as usize];
-        if EAGER {
-            formulas::inner_square::<FUSED, f64>(sum, x)
-        } else {
-            sum
-        }
-    }
-
-    /// Evaluates some operations.
+    /// Evaluates the operations.
     #[inline(always)]
     #[allow(clippy::too_many_lines)] // one recurrence after another, each a few lines
-    fn walk<const FUSED: bool, const EAGER: bool>(&mut self, steps: &[Step]) {
-        let (k, r) = (self.k, self.r);
-        for step in steps {
+    fn run<const FUSED: bool>(mut self) {
+        let r = RECIPROCALS[self.k];
+        for step in self.steps {
             let (to, value) = match *step {
-                Step::Time { to } => (to, if k == 1 { 1.0 } else { 0.0 }),
-                Step::Acceleration { to, index } => (to, self.solved[index as usize]),
-                Step::Multiplier { to, index } => (to, self.solved[self.series.coordinates + index as usize]),
-                Step::Scaled { to, c, u } => (to, self.factors[c as usize] * self.now(u)),
+                Step::Scaled { to, c, u } => (to, self.factor(c) * self.now(u)),
                 Step::Two {
                     to,
                     c: [c, d],
                     u: [u, v],
                 } => {
-                    let sum = self.factors[c as usize] * self.now(u);
-                    let d = self.factors[d as usize];
-                    (to, add_product::<FUSED, f64>(sum, d, self.now(v)))
+                    let sum = self.factor(c) * self.now(u);
+                    (to, add_product::<FUSED, f64>(sum, self.factor(d), self.now(v)))
                 }
                 Step::Three {
                     to,
                     c: [c, d, e],
                     u: [u, v, w],
                 } => {
-                    let sum = self.factors[c as usize] * self.now(u);
-                    let sum = add_product::<FUSED, f64>(sum, self.factors[d as usize], self.now(v));
-                    (
-                        to,
-                        add_product::<FUSED, f64>(sum, self.factors[e as usize], self.now(w)),
-                    )
+                    let sum = self.factor(c) * self.now(u);
+                    let sum = add_product::<FUSED, f64>(sum, self.factor(d), self.now(v));
+                    (to, add_product::<FUSED, f64>(sum, self.factor(e), self.now(w)))
                 }
                 Step::Linear { to, first, count } => {
                     let terms = terms(self.lists, first, count);
-                    (
-                        to,
-                        linear::<FUSED>(None, terms, self.factors, |place| self.now(place)),
-                    )
+                    (to, linear::<FUSED, NOW>(None, terms, &self.numbers))
                 }
                 Step::Product { to, u, v, sum } => {
-                    let (u, v) = (self.of(u), self.of(v));
-                    let inner = self.inner::<FUSED, EAGER>(sum, Self::newest(u), Self::newest(v));
+                    let inner = self.inner(sum);
                     (
                         to,
-                        formulas::product::<FUSED, f64>(inner, Self::pair(u), Self::pair(v)),
+                        formulas::product::<FUSED, f64>(inner, self.pair(u), self.pair(v)),
                     )
                 }
                 Step::Square { to, u, sum } => {
-                    let u = self.of(u);
-                    let inner = self.inner_square::<FUSED, EAGER>(sum, Self::newest(u));
-                    (to, formulas::square::<FUSED, f64>(inner, Self::pair(u)))
+                    let inner = self.inner(sum);
+                    (to, formulas::square::<FUSED, f64>(inner, self.pair(u)))
                 }
                 Step::Quotient { to, u, v, sum } => {
-                    let (u, v, own) = (self.now(u), self.of(v), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, Self::newest(own), Self::newest(v));
-                    let v = v[NOW + TURN];
-                    (
-                        to,
-                        formulas::quotient::<FUSED, f64>(inner, own[START], u, v, own[INVERSE]),
-                    )
+                    let inner = self.inner(sum);
+                    let (own, u, v, y) = (self.start(to), self.now(u), self.now(v), self.inverse(to));
+                    (to, formulas::quotient::<FUSED, f64>(inner, own, u, v, y))
                 }
                 Step::Reciprocal { to, v, sum } => {
-                    let (v, own) = (self.of(v), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, Self::newest(own), Self::newest(v));
-                    let v = v[NOW + TURN];
-                    (
-                        to,
-                        formulas::reciprocal::<FUSED, f64>(inner, own[START], v, own[INVERSE]),
-                    )
+                    let inner = self.inner(sum);
+                    let (own, v, y) = (self.start(to), self.now(v), self.inverse(to));
+                    (to, formulas::reciprocal::<FUSED, f64>(inner, own, v, y))
                 }
                 Step::Root { to, u, sum } => {
-                    let own = self.of(to);
-                    let inner = self.inner_square::<FUSED, EAGER>(sum, Self::newest(own));
-                    (to, formulas::root(inner, self.now(u), own[INVERSE]))
+                    let inner = self.inner(sum);
+                    (to, formulas::root(inner, self.now(u), self.inverse(to)))
                 }
                 Step::Power {
                     to,
@@ -739,27 +724,23 @@ impl<const TURN: usize> Order<'_, TURN> {
                     exponent,
                     sums: [outer, inner],
                 } => {
-                    let (u, own) = (self.of(u), self.of(to));
-                    let outer = self.inner::<FUSED, EAGER>(outer, Self::newest(own), self.rates(u));
-                    let inner = self.inner::<FUSED, EAGER>(inner, self.rates(own), Self::newest(u));
-                    let exponent = self.factors[exponent as usize];
-                    let u = u[NOW + TURN];
+                    let outer = self.inner(outer);
+                    let inner = self.inner(inner);
+                    let (exponent, own, u) = (self.factor(exponent), self.start(to), self.now(u));
                     (
                         to,
-                        formulas::power(exponent, [outer, inner], own[START], u, [own[INVERSE], r]),
+                        formulas::power(exponent, [outer, inner], own, u, [self.inverse(to), r]),
                     )
                 }
                 Step::Rate { to, u, factor, sum } => {
-                    let (u, factor) = (self.of(u), self.of(factor));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), Self::newest(factor));
-                    let u = u[NOW + TURN];
-                    (to, formulas::rate::<FUSED, f64>(inner, u, factor[START], r))
+                    let inner = self.inner(sum);
+                    let (u, factor) = (self.now(u), self.start(factor));
+                    (to, formulas::rate::<FUSED, f64>(inner, u, factor, r))
                 }
                 Step::ExpM1 { to, u, sum } => {
-                    let (u, own) = (self.of(u), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), Self::newest(own));
-                    let u = u[NOW + TURN];
-                    (to, formulas::rate::<FUSED, f64>(inner, u, 1.0 + own[START], r))
+                    let inner = self.inner(sum);
+                    let (u, factor) = (self.now(u), 1.0 + self.start(to));
+                    (to, formulas::rate::<FUSED, f64>(inner, u, factor, r))
                 }
                 Step::Circle {
                     sine,
@@ -767,15 +748,11 @@ impl<const TURN: usize> Order<'_, TURN> {
                     u,
                     sums,
                 } => {
-                    let [u, s, c] = [u, sine, cosine].map(|place| self.of(place));
-                    let (rates, u) = (self.rates(u), u[NOW + TURN]);
-                    let inner = [
-                        self.inner::<FUSED, EAGER>(sums[0], rates, Self::newest(c)),
-                        self.inner::<FUSED, EAGER>(sums[1], rates, Self::newest(s)),
-                    ];
-                    let value = formulas::rate::<FUSED, f64>(inner[0], u, c[START], r);
-                    let other = -formulas::rate::<FUSED, f64>(inner[1], u, s[START], r);
-                    self.sequences[sine as usize][NOW + TURN] = value;
+                    let u = self.now(u);
+                    let inner = [self.inner(sums[0]), self.inner(sums[1])];
+                    let value = formulas::rate::<FUSED, f64>(inner[0], u, self.start(cosine), r);
+                    let other = -formulas::rate::<FUSED, f64>(inner[1], u, self.start(sine), r);
+                    self.numbers.set::<NOW>(sine, value);
                     (cosine, other)
                 }
                 Step::Tangent {
@@ -784,71 +761,71 @@ impl<const TURN: usize> Order<'_, TURN> {
                     slope,
                     sums: [sum, of_square],
                 } => {
-                    let [u, own, factor] = [u, to, slope].map(|place| self.of(place));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), Self::newest(factor));
-                    let now = formulas::rate::<FUSED, f64>(inner, u[NOW + TURN], factor[START], r);
-                    let inner = self.inner_square::<FUSED, EAGER>(of_square, Self::newest(own));
-                    let square = formulas::square::<FUSED, f64>(inner, [own[START], now]);
-                    self.sequences[to as usize][NOW + TURN] = now;
-                    self.sequences[usize::from(slope - 1)][NOW + TURN] = square;
+                    let inner = self.inner(sum);
+                    let now = formulas::rate::<FUSED, f64>(inner, self.now(u), self.start(slope), r);
+                    let inner = self.inner(of_square);
+                    let square = formulas::square::<FUSED, f64>(inner, [self.start(to), now]);
+                    self.numbers.set::<NOW>(to, now);
+                    self.numbers.set::<NOW>(slope.saturating_sub(1), square);
                     (slope, -square)
                 }
-                Step::BySlope { to, u, slope, sum } => {
-                    let (slope, own) = (self.of(slope), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(own), Self::newest(slope));
-                    (to, formulas::by_slope(inner, self.now(u), own[INVERSE], r))
+                Step::BySlope { to, u, sum } => {
+                    let inner = self.inner(sum);
+                    (to, formulas::by_slope(inner, self.now(u), self.inverse(to), r))
                 }
                 Step::Minus { to, u } => (to, -self.now(u)),
                 Step::Angle {
                     to,
                     y,
                     x,
-                    radius,
                     sums: [left, right, rest],
                 } => {
-                    let (y, x, radius, own) = (self.of(y), self.of(x), self.of(radius), self.of(to));
-                    let sums = [
-                        self.inner::<FUSED, EAGER>(left, self.rates(y), Self::newest(x)),
-                        self.inner::<FUSED, EAGER>(right, self.rates(x), Self::newest(y)),
-                        self.inner::<FUSED, EAGER>(rest, self.rates(own), Self::newest(radius)),
-                    ];
-                    (
-                        to,
-                        formulas::angle(sums, Self::pair(y), Self::pair(x), [own[INVERSE], r]),
-                    )
+                    let sums = [self.inner(left), self.inner(right), self.inner(rest)];
+                    let (y, x) = (self.pair(y), self.pair(x));
+                    (to, formulas::angle(sums, y, x, [self.inverse(to), r]))
                 }
-                Step::Abs { to, u } => (to, self.of(to)[INVERSE] * self.now(u)),
+                Step::Abs { to, u } => (to, self.inverse(to) * self.now(u)),
                 Step::Select { to, then, otherwise } => {
-                    let decides = self.of(to)[INVERSE];
+                    let decides = self.inverse(to);
                     (to, formulas::select(decides, self.now(then), self.now(otherwise)))
                 }
-                Step::Call { to } => (to, self.call::<FUSED>(to)),
+                Step::Call { to } => {
+                    let Self { series, k, .. } = self;
+                    let argument = series.operations.get(usize::from(to)).map_or(0, |op| op.parts[0]);
+                    let pair = [
+                        self.numbers.at::<START>(argument),
+                        self.numbers.at::<NOW>(argument),
+                    ];
+                    (to, call::<FUSED>(series, self.calls, to, k, pair))
+                }
             };
-            self.sequences[to as usize][NOW + TURN] = value;
+            self.numbers.set::<NOW>(to, value);
         }
     }
+}
 
-    /// The coefficient of a table of samples. Not inlined: it is long and rare, and would take registers from
-    /// the others.
-    #[cold]
-    #[inline(never)]
-    fn call<const FUSED: bool>(&mut self, to: Place) -> f64 {
-        let Some(op) = self.series.operations.get(to as usize) else {
-            return f64::NAN;
-        };
-        let argument = Self::pair(&self.sequences[op.parts[0] as usize]);
-        let moves = self.series.moves(op.parts[0]);
-        let table = self.series.calls.get(op.index as usize);
-        let call = op.switch.and_then(|call| self.calls.get_mut(call as usize));
-        match (table, call) {
-            (Some(_), Some(call)) if call.is_still() => 0.0,
-            (Some(table), Some(call)) => {
-                let [value, now] = argument;
-                call.coefficient::<FUSED, 1>(self.k, [value], [now], [moves], |[x]| {
-                    table.value::<Jet>(Some(x))
-                })
-            }
-            _ => f64::NAN,
+/// The coefficient of order `k` of a table of samples; the argument by its coefficients of order 0 and `k`. Not inlined: it is long and rare, and would
+/// take registers from the others. It takes no address of the numbers that are kept in registers.
+#[cold]
+#[inline(never)]
+fn call<const FUSED: bool>(
+    series: &Series,
+    calls: &mut [Call],
+    to: Place,
+    k: usize,
+    [value, now]: [f64; 2],
+) -> f64 {
+    let Some(op) = series.operations.get(usize::from(to)) else {
+        return f64::NAN;
+    };
+    let moves = series.moves(op.parts[0]);
+    let table = series.calls.get(op.index as usize);
+    let call = op.switch.and_then(|call| calls.get_mut(call as usize));
+    match (table, call) {
+        (Some(_), Some(call)) if call.is_still() => 0.0,
+        (Some(table), Some(call)) => {
+            call.coefficient::<FUSED, 1>(k, [value], [now], [moves], |[x]| table.value::<Jet>(Some(x)))
         }
+        _ => f64::NAN,
     }
 }

@@ -290,8 +290,10 @@ impl<'g> Writer<'g> {
     }
 
     /// An inner sum. If the plan is eager, its newest terms, of the orders 1 and `k-1`, come from variables:
-    /// numbers that were just stored one by one cannot be loaded at once as a row.
-    fn inner(&self, [x, y]: [Operand; 2]) -> TokenStream {
+    /// numbers that were just stored one by one cannot be loaded at once as a row. They are added in the order of the lane's
+    /// operands, as the interpreter adds rows of them.
+    fn inner(&self, operands: [Operand; 2]) -> TokenStream {
+        let [x, y] = [operands[0].min(operands[1]), operands[0].max(operands[1])];
         let (array, place, beyond) = match self.plan.sequences.lane([x, y]) {
             Some(Lane::Product(place)) => (local("products"), place, self.plan.whole[0]),
             Some(Lane::Square(place)) => (local("squares"), place, 0),
