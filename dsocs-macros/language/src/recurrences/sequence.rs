@@ -197,11 +197,12 @@ impl Inverse {
     }
 }
 
-/// An operand of a convolution: a sequence `x_j`, or `j x_j`, from its time derivative.
+/// An operand of a convolution: a sequence `x_j`, or `j x_j`, from its time derivative. The latter comes first, as in nearly all recurrences: the
+/// newest terms of their sums are added in this order.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) enum Operand {
-    Plain(Sequence),
     Rate(Sequence),
+    Plain(Sequence),
 }
 
 impl Operand {
