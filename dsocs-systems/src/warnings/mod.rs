@@ -36,8 +36,6 @@ pub struct Warnings(Observers);
 enum Observers {
     /// With steps of a fixed length.
     Steps(Steps),
-    /// With steps of a fixed length, and more to observe: every branch of the others would cost each of their steps.
-    MoreOfSteps(Steps, More),
     /// With a tolerance: where the energy cannot change, and where constraints may depend on each other.
     Tolerance {
         tolerance: f64,
@@ -48,55 +46,73 @@ enum Observers {
     Nothing,
 }
 
-/// What is observed with all steps of a fixed length.
+/// What is observed with steps of a fixed length.
 #[derive(Default)]
 struct Steps {
     energy: Energy,
-    turns: Turns,
     alternation: Alternation,
+    /// What only some systems and methods have. Behind one branch: each costs every step.
+    special: Option<Box<Special>>,
 }
 
-impl Steps {
-    /// Looks at the next node.
-    #[inline]
-    fn look(&mut self, row: &Row<'_>) {
-        self.energy.look(row);
-        self.turns.look(row);
-        self.alternation.look(row);
-    }
-
-    /// The warnings, as in [`Warnings::notes`].
-    fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
-        let names = || names.iter().copied();
-        [
-            self.energy.note(method, h),
-            self.turns.note(names(), method, h),
-            self.alternation.note(names(), method),
-            None,
-        ]
-    }
-}
-
-/// What is observed with some.
-struct More {
+/// What is observed of some systems, and with some methods.
+#[derive(Default)]
+struct Special {
+    /// Of a system with rotations.
+    turns: Option<Turns>,
     /// Where external forces or the time change the energy.
     resolution: Option<Resolution>,
     /// Of a composition.
     increments: Option<Increments>,
 }
 
-impl More {
-    /// The observers for a run of a system by a method, if there are any.
-    fn of(method: Method, shape: &Shape) -> Option<Self> {
-        let more = Self {
+impl Steps {
+    /// The observers for a run of a system by a method.
+    fn of(method: Method, shape: &Shape) -> Self {
+        let special = Special {
+            turns: (!shape.rotations.is_empty()).then(Turns::default),
             resolution: (shape.external_forces || shape.depends_on_time).then(Resolution::default),
             increments: matches!(method, Method::Composed(_)).then(Increments::default),
         };
-        (more.resolution.is_some() || more.increments.is_some()).then_some(more)
+        let is_special =
+            special.turns.is_some() || special.resolution.is_some() || special.increments.is_some();
+        Self {
+            special: is_special.then(|| Box::new(special)),
+            ..Self::default()
+        }
     }
 
     /// Looks at the next node.
+    #[inline]
     fn look(&mut self, row: &Row<'_>) {
+        self.energy.look(row);
+        self.alternation.look(row);
+        if let Some(special) = &mut self.special {
+            special.look(row);
+        }
+    }
+
+    /// The warnings, as in [`Warnings::notes`].
+    fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
+        let special = self.special.as_deref();
+        let resolution = || special?.resolution.as_ref()?.note(h);
+        let turns = || special?.turns.as_ref()?.note(names.iter().copied(), method, h);
+        let increments = || special?.increments.as_ref()?.note(names, h);
+        [
+            self.energy.note(method, h).or_else(resolution),
+            turns().or_else(increments),
+            self.alternation.note(names.iter().copied(), method),
+            None,
+        ]
+    }
+}
+
+impl Special {
+    /// Looks at the next node.
+    fn look(&mut self, row: &Row<'_>) {
+        if let Some(turns) = &mut self.turns {
+            turns.look(row);
+        }
         if let Some(resolution) = &mut self.resolution {
             resolution.look(row);
         }
@@ -116,10 +132,7 @@ impl Warnings {
                 conserved: is_closed(shape).then(Conserved::default),
                 dependence: (shape.holonomic + shape.nonholonomic > 1).then(Dependence::default),
             },
-            Method::Step | Method::Composed(_) => match More::of(method, shape) {
-                None => Observers::Steps(Steps::default()),
-                Some(more) => Observers::MoreOfSteps(Steps::default(), more),
-            },
+            Method::Step | Method::Composed(_) => Observers::Steps(Steps::of(method, shape)),
         })
     }
 
@@ -128,7 +141,7 @@ impl Warnings {
     pub fn looks(&self) -> [bool; 2] {
         [
             match &self.0 {
-                Observers::Steps(_) | Observers::MoreOfSteps(..) => true,
+                Observers::Steps(_) => true,
                 Observers::Tolerance {
                     conserved,
                     dependence,
@@ -136,7 +149,7 @@ impl Warnings {
                 } => conserved.is_some() || dependence.is_some(),
                 Observers::Nothing => false,
             },
-            matches!(self.0, Observers::Steps(_) | Observers::MoreOfSteps(..)),
+            matches!(self.0, Observers::Steps(_)),
         ]
     }
 
@@ -145,10 +158,6 @@ impl Warnings {
     pub fn look(&mut self, row: &Row<'_>) {
         match &mut self.0 {
             Observers::Steps(steps) => steps.look(row),
-            Observers::MoreOfSteps(steps, more) => {
-                steps.look(row);
-                more.look(row);
-            }
             Observers::Tolerance {
                 conserved,
                 dependence,
@@ -172,15 +181,6 @@ impl Warnings {
     pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
         match &self.0 {
             Observers::Steps(steps) => steps.notes(names, method, h),
-            Observers::MoreOfSteps(steps, more) => {
-                let [energy, turns, alternation, dependence] = steps.notes(names, method, h);
-                [
-                    energy.or_else(|| more.resolution.as_ref()?.note(h)),
-                    turns.or_else(|| more.increments.as_ref()?.note(names, h)),
-                    alternation,
-                    dependence,
-                ]
-            }
             Observers::Tolerance {
                 tolerance,
                 conserved,

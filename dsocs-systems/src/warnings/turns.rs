@@ -14,8 +14,6 @@ const RESOLVED_TURN: f64 = 0.5;
 /// The fastest rotation of a run.
 #[derive(Default)]
 pub struct Turns {
-    /// Whether the system has no rotations, so that no further node is looked at.
-    is_idle: bool,
     /// The angular speed, in rad/s.
     rate: f64,
     /// The time.
@@ -26,22 +24,13 @@ pub struct Turns {
 
 impl Turns {
     /// Looks at a node.
-    #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
-        if !self.is_idle {
-            self.look_at_rotations(row);
-        }
-    }
-
-    fn look_at_rotations(&mut self, row: &Row<'_>) {
         let rotations = &row.declaration.shape().rotations;
-        self.is_idle = rotations.is_empty();
         for &first in rotations.iter() {
             let of_body = row.node.v.get(first + 1..first + 4).unwrap_or(&[]);
             let rate = of_body.iter().map(|w| w * w).sum::<f64>().sqrt();
             if rate > self.rate {
                 *self = Self {
-                    is_idle: false,
                     rate,
                     time: row.node.t,
                     rotation: first,
@@ -95,7 +84,6 @@ mod tests {
     #[test]
     fn steps_that_turn_far_are_told_with_a_shorter_one() {
         let turns = Turns {
-            is_idle: false,
             rate: 20.0,
             time: 0.5,
             rotation: 1,

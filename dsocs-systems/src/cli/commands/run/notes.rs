@@ -59,10 +59,10 @@ impl IrregularNodes {
     /// Looks at a node. The start has no step that could be regular; of third order, neither has the node
     /// after it, which the given acceleration determines.
     pub(super) fn look(&mut self, row: &Row<'_>) {
-        let third = row.declaration.shape().is_of_third_order();
         let Some(regularity) = row.regularity.filter(|_| row.node.stop != Stop::Start) else {
             return;
         };
+        let third = row.declaration.shape().is_of_third_order();
         let which = match (regularity.grants_forward(), regularity.grants_backward(), third) {
             (true, true, _) => return,
             (false, true, false) => "D₃ is singular, no forward flow is granted",
