@@ -69,7 +69,14 @@ pub(crate) fn switches(model: &Model) -> Switches {
             // at a zero of the base a power is not smooth, and a logarithm is infinite
             Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
                 let mut found = vanishing_factors(&graph, base);
-                found.extend(rate_of_radicand(&mut graph, base, &divisors));
+                if graph.is_several_squares(base) {
+                    // it keeps its sign where it touches zero, as where a motion goes through the centre
+                    if !graph.is_softened_sum(base) && !divisors.contains(&base) {
+                        push(&mut graph, base, model.order(), &mut arguments);
+                    }
+                } else if matches!(graph.node(base), Node::Sum(..)) {
+                    found.push(graph.total_derivative(base));
+                }
                 found
             }
             // these have a corner where their argument turns back at ±1
@@ -113,13 +120,6 @@ fn vanishing_factors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
     }
 }
 
-/// The rate of a root's radicand, which changes sign where the radicand touches zero; `None` if the radicand
-/// cannot touch zero without changing its own sign, or is a norm that also divides, so that the motion ends there.
-fn rate_of_radicand(graph: &mut Graph, base: NodeId, divisors: &[NodeId]) -> Option<NodeId> {
-    let is_away = graph.is_softened_sum(base) || graph.is_several_squares(base) && divisors.contains(&base);
-    (matches!(graph.node(base), Node::Sum(..)) && !is_away).then(|| graph.total_derivative(base))
-}
-
 /// Expressions that vanish where a product in some expressions divides by zero.
 fn divisors(graph: &Graph, all: &[NodeId]) -> Vec<NodeId> {
     let of = |id: &NodeId| match graph.node(*id) {
@@ -141,9 +141,16 @@ fn divisors(graph: &Graph, all: &[NodeId]) -> Vec<NodeId> {
     all.iter().flat_map(of).collect()
 }
 
-/// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.
+/// Adds an argument whose sign may change with the motion.
 fn add(graph: &mut Graph, ranges: &mut Ranges, argument: NodeId, order: usize, arguments: &mut Vec<NodeId>) {
-    if !is_of_motion(graph, argument, order) || ranges.have_one_sign(graph, argument) {
+    if !ranges.have_one_sign(graph, argument) {
+        push(graph, argument, order, arguments);
+    }
+}
+
+/// Adds an argument that depends on the motion alone, if it is not a multiple of a known one.
+fn push(graph: &mut Graph, argument: NodeId, order: usize, arguments: &mut Vec<NodeId>) {
+    if !is_of_motion(graph, argument, order) {
         return;
     }
     let (_, argument) = graph.split(argument);
