@@ -52,6 +52,8 @@ pub(crate) struct Held {
     pub(crate) reach: Vec<f64>,
     /// The correction of the velocity after which the resting arguments vanish exactly.
     pub(crate) correction: Vec<f64>,
+    /// Whether an argument on which no side has an effect does not stay zero.
+    pub(crate) leaves: bool,
 }
 
 impl Held {
@@ -62,6 +64,7 @@ impl Held {
         Self {
             reach: vec![0.0; x.len()],
             correction: vec![0.0; a.len()],
+            leaves: false,
             sides: vec![0.0; sides],
             x,
         }
@@ -107,6 +110,13 @@ impl<'a> AtPoint<'a> {
         let drift = self.drift.get(g).map_or(0.0, |argument| argument.derivative());
         let terms = a.iter().enumerate().map(|(j, a)| self.slope(g, j) * a);
         drift + terms.sum::<f64>()
+    }
+
+    /// Whether an argument does not stay zero with a given acceleration.
+    fn leaves(&self, g: usize, a: &[f64]) -> bool {
+        let drift = self.drift.get(g).map_or(0.0, |argument| argument.derivative());
+        let terms = a.iter().enumerate().map(|(j, a)| (self.slope(g, j) * a).abs());
+        self.rate(g, a).abs() > FAINT * terms.fold(drift.abs(), f64::max)
     }
 
     /// Rows and arguments; for arguments that are zero, their rates.
@@ -223,9 +233,10 @@ impl<'a> AtPoint<'a> {
     }
 
     /// The motion in which the arguments between two pieces rest and the others keep their sides, from a
-    /// guess; `None` if the sides of the resting ones are not determined.
+    /// guess; `None` if the sides of the resting ones are not determined. Where a friction has no normal force its side has no effect, and
+    /// stays as it is.
     pub(crate) fn held(&self, pieces: &[Piece], guess: &Held) -> Option<Held> {
-        let rests: Vec<usize> = (0..pieces.len())
+        let all: Vec<usize> = (0..pieces.len())
             .filter(|&g| pieces[g] == Piece::Between)
             .collect();
         let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
@@ -243,6 +254,11 @@ impl<'a> AtPoint<'a> {
             let by_sides = inverse.times(&at.by_sides);
             let by_rests = at.slopes.times(&by_sides);
             let moved = at.slopes.times_vector(&newton);
+            let has_effect = |g: usize| {
+                all.iter()
+                    .any(|&k| by_rests[(g, k)] != 0.0 || by_rests[(k, g)] != 0.0)
+            };
+            let (rests, free): (Vec<usize>, Vec<usize>) = all.iter().partition(|&&g| has_effect(g));
             let own = Matrix::from_fn(rests.len(), rests.len(), |i, j| by_rests[(rests[i], rests[j])]);
             let right: Vec<f64> = rests.iter().map(|&g| at.arguments[g] - moved[g]).collect();
             let changes = shortest(own.clone(), right)?;
@@ -266,6 +282,7 @@ impl<'a> AtPoint<'a> {
                 now.sides[g] += change;
             }
             if is_last {
+                now.leaves = free.iter().any(|&g| self.leaves(g, &now.x[..self.q.len()]));
                 let arguments: Vec<f64> = rests.iter().map(|&g| self.drift[g].value()).collect();
                 let by = shortest(own, arguments)?;
                 now.correction = (0..self.q.len()).map(|i| -along(&by, i)).collect();

@@ -127,16 +127,19 @@ impl StepPath<'_> {
             })
             .collect();
         let guess = Held::guess(&Vector::zero(q.len()), multipliers, pieces.len());
-        let held = point.held(&pieces, &guess)?;
+        let held = point.held(&pieces, &guess).filter(|held| !held.leaves);
         let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
-        let a = if zero.contains(&true) {
+        let (x, reach) = if zero.contains(&true) {
             // a body at rest stays at rest as long as it can
-            Vector::of(point.solve(&zero, multipliers, Some(&held.x))?.x.get(..q.len())?)
+            let Held { x, reach, .. } = held.unwrap_or(guess);
+            (point.solve(&zero, multipliers, Some(&x))?.x, reach)
         } else {
-            Vector::of(held.x.get(..q.len())?)
+            let Held { x, reach, .. } = held?;
+            (x, reach)
         };
+        let a = Vector::of(x.get(..q.len())?);
         let rates = (0..arguments.len()).map(|g| point.rate(g, &a)).collect();
-        Some(of(a, &held.reach, rates))
+        Some(of(a, &reach, rates))
     }
 
     /// The acceleration and the jerk in third order.

@@ -7,6 +7,9 @@ use crate::tape::declaration::Declaration;
 /// Relative accuracy to which an event is located in a step.
 pub(super) const FOUND: f64 = 4.0 * f64::EPSILON;
 
+/// The distance beyond a change of a piece is doubled so often at most.
+const CLEARINGS: u32 = 8;
+
 /// Arguments that differ by less than this part of themselves are the same.
 pub(super) const SAME: f64 = 1e-12;
 
@@ -108,15 +111,20 @@ impl<'a> Pieces<'a> {
         self.known.samples = now.samples;
     }
 
-    /// The first change between two parts of the way.
-    pub(super) fn change(&mut self, ends: [f64; 2]) -> Option<f64> {
+    /// The first change between two parts of the way, so far beyond its place that the pieces there are the new ones also after a
+    /// `rounding` of the place.
+    pub(super) fn change(&mut self, ends: [f64; 2], rounding: f64) -> Option<f64> {
         let differs = |now: &Known| {
             let mut signs = self.known.arguments.iter().zip(&now.arguments);
             now.samples != self.known.samples || signs.any(|(known, now)| known * now < 0.0)
         };
         let now = self.at(ends[1]);
         if differs(&now) {
-            return Some(first(ends, &|x| differs(&self.at(x))));
+            let place = first(ends, &|x| differs(&self.at(x)));
+            let rounding = rounding + FOUND * place;
+            let beyond = (0..CLEARINGS).map(|k| place + rounding * f64::from(2_u32.pow(k)));
+            let mut beyond = beyond.filter(|x| [*x, x - rounding].iter().all(|x| differs(&self.at(*x))));
+            return Some(beyond.next().unwrap_or(place));
         }
         self.take(now);
         None

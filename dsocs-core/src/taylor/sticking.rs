@@ -130,7 +130,7 @@ impl Integrator {
             sides: found.sides,
             ..Held::guess(&a, multipliers, declaration.sides())
         };
-        let Some(now) = point.held(&found.pieces, &guess) else {
+        let Some(now) = point.held(&found.pieces, &guess).filter(|held| !held.leaves) else {
             return false;
         };
         let forks = point.forks(&zero, multipliers, tau);
@@ -320,7 +320,10 @@ impl Integrator {
         for part in 1..=PARTS {
             let to = f64::from(part) / f64::from(PARTS);
             let after = margins(to);
-            let piece = pieces.as_mut().and_then(|pieces| pieces.change([from, to]));
+            let rounding = 2.0 * self.rounding_of_time() / way.h;
+            let piece = pieces
+                .as_mut()
+                .and_then(|pieces| pieces.change([from, to], rounding));
             let beyond: Vec<usize> = (0..after.len())
                 .filter(|&g| after[g] < 0.0 && (before[g] >= 0.0 || sticking.pieces[g] == Piece::Between))
                 .collect();
@@ -449,6 +452,7 @@ impl Integrator {
             .collect();
         let goes_on = rests && arrived.is_none() && !changes && short <= AT_ONCE;
         let held = goes_on.then(|| point.held(&sticking.pieces, &way.end)).flatten();
+        let held = held.filter(|held| !held.leaves);
         let last = sticking.clone();
         if let Some(held) = held {
             self.now.move_velocity(&held.correction);

@@ -48,6 +48,7 @@ mod pendulum_reference;
 mod poles;
 mod proper_branch;
 mod regularity;
+mod released;
 mod reversal;
 mod roots;
 mod roots_that_come_close;
