@@ -49,6 +49,9 @@ const BESIDE: f64 = 0.25;
 /// A deviation is narrow if it is smaller than this part of itself halfway to the ends of the path: that of two lines is half of it.
 const NARROW: f64 = 0.25;
 
+/// Distance from an extremum of an argument, as a part of the path, at which the acceleration is on the one side of it or the other.
+const ABOUT: f64 = 1.0 / 64.0;
+
 /// A place nearer than this to an end of the path, as a part of it, counts as that end.
 const AT_NODE: f64 = 1e-9;
 
@@ -161,14 +164,26 @@ impl StepPath<'_> {
         })
     }
 
-    /// Deviation of the acceleration at a part of the path from the linear interpolation of its ends,
+    /// Deviation of the acceleration about a part of the path from the linear interpolation of its ends,
     /// relative to the largest of the three; 0 if less than a quarter. There the step passes over a feature that it does not
-    /// resolve. An acceleration that is smaller there than at the ends has to deviate there alone: else one force has ended and
-    /// another one begins, as where a body goes from one contact to the next.
+    /// resolve. Where the force of a norm turns over as the norm vanishes, the acceleration has no value, or that of either side.
     pub(crate) fn swings_at(&self, part: f64) -> f64 {
+        match self.swing(part) {
+            None if !self.is_bounded([part - LOST, part + LOST]) => f64::INFINITY,
+            Some(swing) if swing > 0.0 => swing,
+            _ => [part - ABOUT, part + ABOUT].into_iter().fold(0.0, |most, part| {
+                self.swing(part).map_or(f64::INFINITY, |swing| swing.max(most))
+            }),
+        }
+    }
+
+    /// The deviation at a part of the path itself; `None` if an acceleration has no value. An acceleration that is smaller there than
+    /// at the ends has to deviate there alone: else one force has ended and another one begins, as where a body goes from one contact to
+    /// the next.
+    fn swing(&self, part: f64) -> Option<f64> {
         let [Some(first), Some(here), Some(last)] = [0.0, part, 1.0].map(|part| self.acceleration(part))
         else {
-            return f64::INFINITY;
+            return None;
         };
         let apart = |at: &Acceleration, part: f64| {
             let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
@@ -182,11 +197,8 @@ impl StepPath<'_> {
                 at.is_none_or(|at| apart(&at, beside) < NARROW * peak)
             })
         };
-        if peak > 0.25 * size && (size >= of_ends || is_narrow()) {
-            peak / size.max(of_ends)
-        } else {
-            0.0
-        }
+        let swings = peak > 0.25 * size && (size >= (1.0 - NOISE) * of_ends || is_narrow());
+        Some(if swings { peak / size.max(of_ends) } else { 0.0 })
     }
 
     /// The jump of the acceleration where an argument changes its sign, relative to itself: the largest of

@@ -32,6 +32,13 @@ const NEARLY: f64 = 0.1;
 /// An argument nearly touches zero if its extremum on a path is below this part of its values at the ends.
 const DEEP: f64 = 0.75;
 
+/// A part of the path beside an extremum, where the argument is larger at least if the extremum lies nearer to an end of the path.
+const BESIDE: f64 = 0.125;
+
+/// An extremum nearer to the beginning of a path than this belongs to the path before, which looks a little farther.
+const NEXT: f64 = 1.0 / 32.0;
+const OVERLAP: f64 = 1.125;
+
 /// Number of sections of the interval that contains an extremum.
 const SHORTENINGS: u32 = 40;
 
@@ -199,14 +206,27 @@ impl Arguments<'_> {
 /// The extreme value of the parabola through three equally spaced values, if it lies between the first and
 /// the last.
 fn extremum(values: [f64; 3]) -> Option<f64> {
-    Some(extremum_at(values)?.1)
+    let (place, value, _) = vertex(values);
+    (0.0 < place && place < 1.0).then_some(value)
 }
 
-/// The place of that extremum, from -1 to 1, and the value there.
-fn extremum_at([first, middle, last]: [f64; 3]) -> Option<(f64, f64)> {
+/// The vertex of the parabola through three values at the places 0, 1/2 and 1: its place, the value there, and the factor of the square of
+/// the distance from it.
+fn vertex([first, middle, last]: [f64; 3]) -> (f64, f64, f64) {
     let (slope, bend) = (0.5 * (last - first), first - 2.0 * middle + last);
     let place = -slope / bend;
-    (place.abs() < 1.0).then_some((place, middle + 0.5 * slope * place))
+    (0.5 + 0.5 * place, middle + 0.5 * slope * place, 2.0 * bend)
+}
+
+/// The place where an argument that keeps its sign comes much nearer to zero than beside it. Of a place close to the end of one path and the
+/// beginning of the next, the first path has it.
+fn pit(values: [f64; 3]) -> Option<f64> {
+    let side = values[1].signum();
+    let (place, value, factor) = vertex(values);
+    let ends = values[0].abs().min(values[2].abs());
+    let least = DEEP * ends.max(side * (value + factor * BESIDE * BESIDE));
+    let keeps = values.iter().all(|value| side * value >= 0.0);
+    (keeps && side * value < least && NEXT < place && place < 1.0 + OVERLAP * NEXT).then_some(place)
 }
 
 /// The places of a path where a feature may be narrower than the step: an argument that keeps its sign comes
@@ -220,14 +240,7 @@ pub(crate) fn narrow_places(
 ) -> Vec<f64> {
     let [first, middle, last] = PLACES.map(|part| path(part).arguments(declaration));
     let asked = (0..first.len()).filter(|&g| is_asked(g, last[g]));
-    let pits = asked.filter_map(|g| {
-        let values = [first[g], middle[g], last[g]];
-        let side = values[0].signum();
-        let (place, value) = extremum_at(values)?;
-        let least = DEEP * values[0].abs().min(values[2].abs());
-        let keeps = values.iter().all(|value| side * value > 0.0);
-        (keeps && side * value < least).then_some(0.5 + 0.5 * place)
-    });
+    let pits = asked.filter_map(|g| pit([first[g], middle[g], last[g]]));
     pits.chain(knots::hidden(declaration, path)).collect()
 }
 

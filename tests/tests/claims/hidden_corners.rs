@@ -454,6 +454,36 @@ fn a_motion_through_the_zero_of_a_norm_has_a_corner() {
     });
 }
 
+/// Every pass is counted, wherever the nodes lie: none of 200 lengths of the step passes over one. One near a node may count for both steps.
+#[test]
+fn every_pass_through_the_zero_of_a_norm_is_counted() {
+    let text = Text::parse(
+        "norm",
+        "coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 - x.norm();",
+    )
+    .unwrap();
+    for direction in [[1.0, 0.5], [1.0, 0.0], [-0.3, 0.7]] {
+        let start = Start::second_order(direction, [0.0; 2]);
+        let distance = direction[0].hypot(direction[1]);
+        for k in 0..200 {
+            let h = 0.003 * 1.007_f64.powi(k);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "some thousands"
+            )]
+            let steps = (20.0 / h) as u64;
+            let (_, passed) = to_and_fro(1.0, distance, (20.0 / h).floor() * h);
+            let mut flow = Flow::of(&text.system, h, start).unwrap();
+            let counted = unresolved_steps(flow.run_mut(), steps);
+            assert!(
+                counted >= passed && counted <= 2 * passed + 1,
+                "{direction:?} {h}: {counted} of {passed}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_motion_around_the_zero_of_a_norm_is_smooth() {
     for text in [
