@@ -558,7 +558,8 @@ impl StepError {
             Some(undefined) if undefined.overflows() => return undefined.advice(false),
             // a quotient by zero has no value whatever the step is
             Some(undefined) if undefined.value == 0.0 => {
-                return "the motion ends here: end the run before, or write what is bounded without the divisor";
+                return "the equations have no limit at this node, and the motion ends here, unless what is infinite can be integrated: end the run before, \
+                        or write what is bounded without the divisor";
             }
             Some(_) => return "the motion ends here, unless a smaller h leads past",
             None => {}

@@ -17,7 +17,7 @@ use crate::kernel::report::{Guess, NodeMut, StepReport};
 use crate::kernel::run_state::MAX_ITERATIONS;
 use crate::kernel::run_state::past_is_short;
 use crate::number::composition::Composition;
-use crate::number::point::{AnyPoint, OwnedLeg, copy};
+use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, copy};
 use crate::regularity::{Regularity, resting};
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::Vector;
@@ -29,6 +29,7 @@ use crate::solve::sum::Sum;
 use crate::start::InitialAcceleration;
 use crate::start::place::Place;
 use crate::start::{self, Phase, StartData};
+use crate::step::limit;
 use crate::step::singular::{self, DeterminantChange};
 use crate::step::switches;
 use crate::step::{FailurePlace, Step};
@@ -356,9 +357,7 @@ impl<'s> Composed<'s> {
                 step.initial_acceleration = Some(InitialAcceleration::Given(state.a.clone()));
             }
             step.past = Some(stage.past());
-            let solution = step
-                .solve(&mut predictor, self.run_state.max_iterations)
-                .map(|(z, report)| (step.second_difference(&z), z, report));
+            let solution = step.solve_or_limit(&mut predictor, self.run_state.max_iterations);
             self.run_state.stages[place].predictor = predictor;
             let (e, z, report) = match solution {
                 Ok(solution) => solution,
@@ -746,6 +745,30 @@ impl<'s> Composed<'s> {
         self.prepare();
         Ok(())
     }
+
+    /// The limits of the constraint force and the energy at the current node, where the declaration has no values.
+    #[cold]
+    fn limit_at_node(&self) -> Option<(Vector, f64)> {
+        let State { q, v, a } = &self.run_state.now;
+        let (t, h, declaration) = (self.run_state.clock.time(), self.h, self.declaration());
+        let d = v.hi.map(|v| h * v);
+        let leg = AnyLeg { t, q: &q.hi, d: &d };
+        let data = |leg: AnyLeg<'_, f64>| {
+            let point = AnyPoint {
+                t: leg.t,
+                q: leg.q,
+                v: &v.hi[..],
+                a: &a[..],
+            };
+            let mut force = Vector::nan(a.len());
+            declaration.continuous_force_into(point, &mut force);
+            let energy = declaration.energy(leg.t, leg.q, &v.hi[..]);
+            Some(force.iter().copied().chain([energy]).collect())
+        };
+        let limit = limit::of_vector(&self.kernel.shape().rotations, (h, leg), data)?;
+        let (energy, force) = limit.split_last()?;
+        Some((Vector::of(force), *energy))
+    }
 }
 
 impl Run for Composed<'_> {
@@ -778,6 +801,14 @@ impl Run for Composed<'_> {
             Some((index, sided)) if *index == self.run_state.clock.index() => force.clone_from(sided),
             _ => declaration.continuous_force_into(point, &mut force),
         }
+        let mut energy = declaration.energy(t, &q.hi[..], &v.hi[..]);
+        let has_values = || force.is_finite() && energy.is_finite();
+        if self.run_state.report.guess == Guess::Limit
+            && !has_values()
+            && let Some((limit, of_energy)) = self.limit_at_node()
+        {
+            (force, energy) = (limit, of_energy);
+        }
         node.write(&AnyNode {
             index: self.run_state.clock.index(),
             t,
@@ -785,7 +816,7 @@ impl Run for Composed<'_> {
             v: &v.hi,
             a,
             force: &force,
-            energy: declaration.energy(t, &q.hi[..], &v.hi[..]),
+            energy,
             iterations: self.run_state.report.iterations,
             stop: self.run_state.report.stop,
         });

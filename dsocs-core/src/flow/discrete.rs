@@ -10,7 +10,7 @@ use crate::error::{SetupError, StepError};
 use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
 use crate::kernel::halt::{Halt, HaltReason};
-use crate::kernel::report::{Guess, NodeMut, StepReport};
+use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::kernel::run_state::RunState;
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::Regularity;
@@ -23,7 +23,7 @@ use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
 use crate::start::{self, ComputedStart, StartData};
-use crate::step::{FailurePlace, Step};
+use crate::step::{FailurePlace, Step, limit};
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
@@ -208,8 +208,7 @@ impl<'s> Discrete<'s> {
         let mut predictor = core::mem::replace(&mut self.run_state.predictor, Predictor::new(0));
         let solution = {
             let step = self.next_step();
-            let solution = step.solve(&mut predictor, self.run_state.max_iterations);
-            solution.map(|(z, report)| (step.second_difference(&z), z, report))
+            step.solve_or_limit(&mut predictor, self.run_state.max_iterations)
         };
         self.run_state.predictor = predictor;
         let (e, z, report) = match solution {
@@ -406,10 +405,45 @@ impl<'s> Discrete<'s> {
         );
         (scalars.index, scalars.t) = (clock.index(), clock.time());
         (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
+        if report.guess == Guess::Limit {
+            self.write_limit(NodeMut {
+                vectors: &mut *vectors,
+                scalars: &mut *scalars,
+            });
+        }
         if self.contacts.is_some() || self.changed.is_some() || self.before.is_some() {
             self.write_others(NodeMut { vectors, scalars });
         } else if self.has_tables {
             self.write_arrival(NodeMut { vectors, scalars });
+        }
+    }
+
+    /// Replaces the constraint force and the energy of a node at which the declaration has limits in place of values.
+    #[cold]
+    fn write_limit(&self, mut node: NodeMut<'_>) {
+        let (shape, run_state) = (self.shape(), &self.run_state);
+        let of_step = (run_state.h, &run_state.constants[..]);
+        let past = [run_state.vectors.e(), run_state.vectors.before()];
+        let mut numbers = vec![f64::NAN; node.vectors.len()];
+        let data = |leg: AnyLeg<'_, f64>| {
+            let mut scalars = NodeScalars::UNKNOWN;
+            self.kernel.report(
+                &RunState::of_step(shape, of_step, leg, past),
+                NodeMut {
+                    vectors: &mut numbers,
+                    scalars: &mut scalars,
+                },
+            );
+            let (_, force) = numbers.split_at(numbers.len() / 4 * 3);
+            Some(force.iter().copied().chain([scalars.energy]).collect())
+        };
+        let place = (run_state.h, run_state.solved_leg());
+        if let Some(limit) = limit::of_vector(&shape.rotations, place, data)
+            && let [limit @ .., energy] = &limit[..]
+        {
+            let [.., force] = node.split();
+            copy(force, limit);
+            node.scalars.energy = *energy;
         }
     }
 

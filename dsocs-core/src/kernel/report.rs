@@ -35,6 +35,8 @@ pub enum Guess {
     /// The end of a homotopy: a path along which the residual of the straight line is reduced to zero little
     /// by little.
     Homotopy,
+    /// The solutions of steps beside this one, whose node lies where a quotient of the declaration is 0/0: the limit of these solutions is taken.
+    Limit,
 }
 
 /// Memory for the data of a node. [`Run::write_node`](crate::Run::write_node) writes all of it, [`Kernel::report`](crate::Kernel::report) the

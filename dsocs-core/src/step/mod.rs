@@ -12,6 +12,7 @@ mod guesses;
 pub(crate) mod interpreted;
 pub(crate) mod jumps;
 mod knots;
+pub(crate) mod limit;
 pub(crate) mod pair;
 pub(crate) mod singular;
 pub(crate) mod slices;

@@ -410,3 +410,115 @@ fn close_approaches_are_passed() {
         assert!(found.is_ok(), "{near} {tolerance} {found:?}");
     }
 }
+
+/// The quotients of [`quotient`], with the variable `u`.
+const QUOTIENTS: [&str; 4] = [
+    "(u).sin() / (u)",
+    "(1 - (u).cos()) / (u).powi(2)",
+    "(u).exp_m1() / (u)",
+    "(u).tanh() / (u)",
+];
+
+/// A quotient of [`QUOTIENTS`], with its limit at zero.
+fn quotient(number: usize, u: f64) -> f64 {
+    let limits = [1.0, 0.5, 1.0, 1.0];
+    let half = 0.5 * u;
+    match number {
+        _ if u == 0.0 => limits[number],
+        0 => u.sin() / u,
+        1 => 0.5 * (half.sin() / half).powi(2),
+        2 => u.exp_m1() / u,
+        _ => u.tanh() / u,
+    }
+}
+
+/// Steps pass a node that lies exactly at the zero of a divisor, where the quotient has a limit: a force, a row, a potential. The
+/// node has the limits of the force and of the energy.
+#[test]
+fn steps_pass_a_node_where_a_quotient_has_a_limit() {
+    use dsocs_core::text::Text;
+    use dsocs_core::{AnyComposedFlow, Composition, Flow, OwnedNode};
+    for (number, quotient_text) in QUOTIENTS.into_iter().enumerate() {
+        let by = |u: &str| quotient_text.replace("(u)", u);
+        let of = |t: f64| quotient(number, t - 1.0);
+        let laws = [
+            format!(
+                "lagrangian = free - y.powi(2) / 2; external_forces = (0, {});",
+                by("x")
+            ),
+            format!(
+                "lagrangian = free; kinematic = ddot(y) + y - {}; constraint_forces = [(0, 1)];",
+                by("x")
+            ),
+            format!("lagrangian = free - y.powi(2) / 2 + y * {};", by("(t - 1)")),
+        ];
+        for (law, text) in laws.iter().enumerate() {
+            let text = format!("coordinates(x, y); let free = (dot(x).powi(2) + dot(y).powi(2)) / 2; {text}");
+            let system = Text::parse("quotient", &text).unwrap().system;
+            let start = Start::second_order([-1.0, 1.0], [1.0, 0.0]);
+            let exact = |until: f64| {
+                let right = |t: f64, [y, v]: [f64; 2]| [v, of(t) - y];
+                dop853::integrate_from(right, (0.0, [1.0, 0.0]), until, 1e-13)
+            };
+            let [at_node, _] = exact(1.0);
+            let error = |h: f64, method: Option<Composition>| {
+                let mut run = match method {
+                    Some(method) => AnyComposedFlow::new(&system, h, method, &start.into())
+                        .unwrap()
+                        .into_run(),
+                    None => Flow::<2>::of(&system, h, start).unwrap().into_run(),
+                };
+                let mut node = OwnedNode::new(2);
+                run.to(1.0).unwrap_or_else(|error| panic!("{text} {h}: {error}"));
+                node.take(&*run);
+                let here = node.any();
+                assert_eq!(here.q[0], 0.0, "the node does not lie at the zero: {text}");
+                assert!(
+                    here.force.iter().all(|force| force.is_finite()) && here.energy.is_finite(),
+                    "{text}: {here:?}"
+                );
+                if law == 1 {
+                    let expected = of(1.0) - here.q[1];
+                    assert!(
+                        (here.force[1] - expected).abs() < 1e-6,
+                        "{text}: {here:?} {expected}"
+                    );
+                } else {
+                    assert!(here.force[1].abs() < 1e-6, "{text}: {here:?}");
+                }
+                let first = (here.q[1] - at_node).abs();
+                run.to(3.0).unwrap_or_else(|error| panic!("{text} {h}: {error}"));
+                assert_eq!(run.unresolved(), None, "{text} {h}");
+                node.take(&*run);
+                let [y, _] = exact(3.0);
+                first.max((node.any().q[1] - y).abs())
+            };
+            let [coarse, fine] = [0.125, 0.0625].map(|h| error(h, None));
+            let slope = (coarse / fine).log2();
+            assert!((1.8..2.2).contains(&slope), "{text}: {coarse} {fine}");
+            let [coarse, fine] = [0.125, 0.0625].map(|h| error(h, Some(Composition::SUZUKI_4)));
+            let slope = (coarse / fine).log2();
+            assert!((3.6..4.4).contains(&slope), "{text}: {coarse} {fine}");
+        }
+    }
+}
+
+/// Where the quotient has no limit, at a pole or a jump, the step is refused.
+#[test]
+fn steps_refuse_a_node_where_a_quotient_has_no_limit() {
+    use dsocs_core::Flow;
+    use dsocs_core::text::Text;
+    for force in ["1 / x", "1 / x.powi(2)", "x.cos() / x", "1 / (x * x.tan())"] {
+        let text = format!(
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; external_forces = (0, {force});"
+        );
+        let system = Text::parse("pole", &text).unwrap().system;
+        let start = Start::second_order([-1.0, 1.0], [1.0, 0.0]);
+        let mut flow = Flow::<2>::of(&system, 0.125, start).unwrap();
+        let error = flow.to(3.0).unwrap_err().to_string();
+        assert!(
+            error.contains("the equations have no limit at this node"),
+            "{force}: {error}"
+        );
+    }
+}
