@@ -7,6 +7,8 @@ use super::projection::size;
 use super::recurrences::SeriesKernel;
 use super::watch;
 use crate::error::series::Jump;
+use crate::number::bounded::Bounded;
+use crate::number::point::map;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
@@ -24,6 +26,9 @@ const BESIDE: [f64; 2] = [1e-8, 1e-5];
 const FARTHER: f64 = 10.0;
 
 const JUMPS_NEAR: f64 = 0.5;
+
+/// A difference of the Lagrangian below this many rounding errors is no jump.
+const ROUNDINGS: f64 = 8.0;
 
 impl Integrator {
     /// The velocity at the end of the trial step of the length `h`, if the constraints of lower order move it
@@ -116,7 +121,17 @@ impl Integrator {
             ]
         };
         let (near, far) = (jumps(beside), jumps(FARTHER * beside));
+        // where the momentum is zero, so are its terms but for rounding
+        let least = (least * near[2]).max(ROUNDINGS * self.rounding_of_action(declaration));
         // the difference of a smooth function grows with the distance
-        (0..2).any(|k| near[k] > least * near[2] && near[k] > JUMPS_NEAR * far[k])
+        (0..2).any(|k| near[k] > least && near[k] > JUMPS_NEAR * far[k])
+    }
+
+    /// The rounding error of the Lagrangian, and of the product of momentum and velocity, at the current state.
+    fn rounding_of_action(&self, declaration: &Declaration<'_>) -> f64 {
+        let rounded = |x: f64| Bounded::known(x, f64::EPSILON * x.abs());
+        let [q, v] = [self.now.q(), self.now.v()].map(|x| map(x, rounded));
+        let t = rounded(self.time());
+        declaration.lagrangian(t, &q, &v).error() + declaration.energy(t, &q, &v).error()
     }
 }

@@ -304,3 +304,44 @@ fn steps_across_a_jump_are_counted() {
         assert_eq!(unresolved(&Buffer {}, moving, h), None, "{h}");
     }
 }
+
+/// A charge in a field whose potential follows samples: its momentum `dot(x) + field` is constant.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x) + field.at(t)).powi(2) / 2;
+}]
+struct Charge {
+    field: Samples,
+}
+
+/// At a sample of a smooth curve the velocity does not jump, also where the momentum is zero, so that the Lagrangian is rounding.
+#[test]
+fn a_momentum_of_zero_does_not_jump() {
+    let samples = [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0), (3.0, 1.0), (4.0, 0.5)];
+    let monotone = Samples::monotone(samples).unwrap();
+    let cubic = Samples::cubic(samples).unwrap();
+    for field in [monotone, cubic] {
+        // Simpson's rule on the pieces, which are cubic polynomials
+        let area = |piece: f64, to: f64| {
+            let at = |part: f64| field.at(piece + part * (to - piece));
+            (at(0.0) + 4.0 * at(0.5) + at(1.0)) * (to - piece) / 6.0
+        };
+        let whole = area(0.0, 1.0) + area(1.0, 2.0) + area(2.0, 3.0) + area(3.0, 3.5);
+        let last = field.at(3.5);
+        let charge = Charge { field };
+        for momentum in [0.0, 0.3] {
+            for tolerance in [1e-6, 1e-9, 1e-12] {
+                let start = Start::second_order([1.0], [momentum]);
+                let mut flow = TaylorFlow::new(&charge, start, Tolerance::relative(tolerance)).unwrap();
+                let node = flow
+                    .to(3.5)
+                    .unwrap_or_else(|error| panic!("{momentum}, {tolerance}: {error}"));
+                let (x, v) = (1.0 + 3.5 * momentum - whole, momentum - last);
+                assert!(
+                    (node.q[0] - x).abs() < 100.0 * tolerance && (node.v[0] - v).abs() < 100.0 * tolerance,
+                    "{momentum}, {tolerance}: {node:?}, {x}, {v}"
+                );
+            }
+        }
+    }
+}
