@@ -19,7 +19,7 @@ use crate::step::smooth::FORESEEN;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
-/// An acceleration may vary by this many times what moves a node by one rounding of its increment, before it is examined.
+/// An acceleration may vary by this many times what moves a node by one rounding, before it is examined.
 const NOISE: f64 = 8.0;
 
 /// A node.
@@ -188,9 +188,12 @@ impl Composed<'_> {
             && unforeseen
             && let Some(accelerations) = jumps::accelerations(&declaration, &path)
         {
-            // a force that has found its balance varies by the rounding of the velocity
+            // a force that has found its balance varies by the rounding of the velocity, which the path has from differences of positions
             let h = to.t - from.t;
-            let noise = |i: usize| NOISE * jumps::rounding(h, h * from.v[i].abs().max(to.v[i].abs()));
+            let noise = |i: usize| {
+                let moves = [from, to].map(|node| node.q[i].abs().max((h * node.v[i]).abs()));
+                NOISE * jumps::rounding(h, moves[0].max(moves[1]))
+            };
             (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations, noise)));
         }
         if let Some(part) = part

@@ -354,5 +354,13 @@ fn a_balance_that_is_found_does_not_jump() {
             let found = counted(&text, Start::second_order([0.0], [0.0]), h, 2, 200.0 * h);
             assert_eq!(found, None, "{force} {h}");
         }
+        if force.starts_with('1') {
+            for h in [0.0015, 1e-3, 5e-4] {
+                for v in [0.0, 1.0] {
+                    let found = counted(&text, Start::second_order([0.0], [v]), h, 4, 200.0 * h);
+                    assert_eq!(found, None, "{force} {h}, order 4, from {v}");
+                }
+            }
+        }
     }
 }
