@@ -4,7 +4,7 @@
 use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::deficiency::{self, Deficiency};
-use crate::solve::{Vector, rotation};
+use crate::solve::{Square, Vector, rotation};
 use crate::tape::declaration::{Declaration, TableAt};
 
 /// A place on the path of a step.
@@ -110,6 +110,22 @@ impl Place {
         let (a, multipliers) = motion.split_at(self.q.len().min(motion.len()));
         let (t, q, v) = (self.t, &self.q[..], &self.v[..]);
         (AnyPoint { t, q, v, a }, multipliers)
+    }
+
+    /// The effect of the equations' rounding errors on accelerations and multipliers that were found here; `None` if the equations are singular.
+    pub fn rounding(&self, declaration: &Declaration<'_>, motion: &[f64]) -> Option<Vector> {
+        let (point, multipliers) = self.with(motion);
+        let size = motion.len();
+        let (mut bounds, mut rows, mut jacobian) =
+            (Vector::zero(size), Vector::nan(size), Square::zero(size));
+        declaration.continuous_bounds(point, multipliers, &mut bounds);
+        declaration.linearize_continuous(point, multipliers, &mut rows, jacobian.entries_mut());
+        let mut rounding = Vector::zero(size);
+        for (row, bound) in bounds.iter().enumerate() {
+            let one = Vector::from_fn(size, |i| if i == row { *bound } else { 0.0 });
+            rounding = rounding.zip(&jacobian.solve(&one)?, |rounding, by| rounding + by.abs());
+        }
+        Some(rounding)
     }
 
     /// The deficiency or near-deficiency of the equations at a solution that was found here.

@@ -79,10 +79,26 @@ struct Acceleration {
     /// The acceleration. In third order, the acceleration of the equations without jerks next to that of the
     /// path, then the jerk.
     a: Vector,
-    /// The rounding error of each component.
+    /// The accuracy of each component.
     noise: Vector,
+    /// The rounding error of its evaluation, in second order without sides: a quotient loses its digits towards a zero of its divisor.
+    rounding: Option<Vector>,
     /// The rates of the arguments of functions that jump with the velocity.
     rates: Vec<f64>,
+}
+
+impl Acceleration {
+    /// The rounding error of a component.
+    fn error(&self, i: usize) -> f64 {
+        let rounding = self.rounding.as_ref().and_then(|rounding| rounding.get(i));
+        rounding.map_or(self.noise[i], |rounding| self.noise[i].max(*rounding))
+    }
+
+    /// The largest component of a vector beyond its rounding error.
+    fn largest(&self, vector: &Vector) -> f64 {
+        let components = vector.iter().enumerate();
+        components.fold(0.0, |most, (i, x)| f64::max(most, x.abs() - self.error(i)))
+    }
 }
 
 impl StepPath<'_> {
@@ -93,10 +109,12 @@ impl StepPath<'_> {
 
     /// The acceleration at a part of the path, with resting bodies where there are any.
     fn acceleration(&self, part: f64) -> Option<Acceleration> {
-        let Place { t, q, v, a } = (self.path)(part);
+        let place = (self.path)(part);
         let declaration = self.declaration(part);
+        let Place { t, q, v, a } = &place;
+        let t = *t;
         if declaration.shape().is_of_third_order() {
-            return self.third(&declaration, t, [&q, &v, &a]);
+            return self.third(&declaration, t, [q, v, a]);
         }
         let of = |a: Vector, reach: &[f64], rates: Vec<f64>| {
             let size = largest(&a);
@@ -106,13 +124,22 @@ impl StepPath<'_> {
                     .max(ROUNDING * size)
                     .max(reach)
             });
-            Acceleration { a, noise, rates }
+            Acceleration {
+                a,
+                noise,
+                rounding: None,
+                rates,
+            }
         };
         if declaration.sides() == 0 {
-            let (a, _) = start::acceleration(&declaration, (t, &q, &v), None).ok()?;
-            return Some(of(a, &[], Vec::new()));
+            let (a, multipliers) = start::acceleration(&declaration, (t, q, v), None).ok()?;
+            let motion = [&a[..], &multipliers].concat();
+            return Some(Acceleration {
+                rounding: place.rounding(&declaration, &motion),
+                ..of(a, &[], Vec::new())
+            });
         }
-        let point = AtPoint::new(declaration, (t, &q, &v));
+        let point = AtPoint::new(declaration, (t, q, v));
         let multipliers = declaration.shape().multipliers();
         let arguments = point.arguments();
         let rests = self.pieces.contains(&Piece::Between);
@@ -160,6 +187,7 @@ impl StepPath<'_> {
         Some(Acceleration {
             a: Vector::of(&all),
             noise,
+            rounding: None,
             rates: Vec::new(),
         })
     }
@@ -249,20 +277,24 @@ impl StepPath<'_> {
         }
         let across = left.a.zip(&right.a, |left, right| right - left);
         let middle = left.a.zip(&right.a, |left, right| 0.5 * (left + right));
-        let change = largest(&across).max(largest(&here.a.zip(&middle, |here, middle| here - middle)));
+        let apart = here.a.zip(&middle, |here, middle| here - middle);
+        let change = largest(&across).max(here.largest(&apart));
         if change > MOST * size { change / size } else { 0.0 }
     }
 
     /// Whether the accelerations at two places about a third one are not much larger than farther away.
     fn is_bounded(&self, [before, after]: [f64; 2]) -> bool {
-        let sizes = [before - 9.0 * LOST, before, after, after + 9.0 * LOST].map(|part| {
-            let at = self.acceleration(part)?;
-            Some(largest(&at.a))
-        });
-        let [Some(left), Some(before), Some(after), Some(right)] = sizes else {
+        let places = [before - 9.0 * LOST, before, after, after + 9.0 * LOST];
+        let [Some(left), Some(before), Some(after), Some(right)] = places.map(|part| self.acceleration(part))
+        else {
             return false;
         };
-        before <= GROWS_SLOWLY * left && after <= GROWS_SLOWLY * right
+        let is_larger = |at: &Acceleration, than: &Acceleration| {
+            // false also for a NaN
+            let is_bounded = at.largest(&at.a) <= GROWS_SLOWLY * largest(&than.a);
+            !(is_bounded && at.a.is_finite())
+        };
+        !is_larger(&before, &left) && !is_larger(&after, &right)
     }
 
     /// The jump of the acceleration between two places.
@@ -284,11 +316,17 @@ impl StepPath<'_> {
             return 0.0;
         }
         let noise = |i: usize| before.noise[i].max(after.noise[i]);
+        let error = |i: usize| before.error(i).max(after.error(i));
         let ends = [0.0, 1.0].map(|part| {
             self.acceleration(part)
                 .map_or_else(|| before.a.clone(), |at| at.a)
         });
-        let all = jump([&before.a, &after.a], [&left.a, &right.a], ends.each_ref(), noise);
+        let all = jump(
+            [&before.a, &after.a],
+            [&left.a, &right.a],
+            ends.each_ref(),
+            (noise, error),
+        );
         // a narrow peak, unlike a pole, is as large at some distance
         if all == f64::INFINITY && !self.grows(places, [&before.a, &after.a]) {
             return 1.0;
@@ -301,7 +339,12 @@ impl StepPath<'_> {
             let own = |at: &Vector| Vector::resized(at, n);
             let [left, before, after, right] = [&left.a, &before.a, &after.a, &right.a].map(own);
             let ends = ends.each_ref().map(own);
-            jump([&before, &after], [&left, &right], ends.each_ref(), noise)
+            jump(
+                [&before, &after],
+                [&left, &right],
+                ends.each_ref(),
+                (noise, error),
+            )
         } else {
             all
         };
@@ -412,13 +455,13 @@ fn differ([left, before, after, right]: [Vec<f64>; 4], terms: &[f64]) -> bool {
     })
 }
 
-/// The largest difference of the components of two accelerations beyond their `noise`, relative to the
-/// largest on the path. Infinite at a pole, where one is far larger than both of those at some distance.
+/// The largest difference of the components of two accelerations beyond their rounding errors, `error`, relative to the
+/// largest on the path; those below `noise` are nothing. Infinite at a pole, where one is far larger than both of those at some distance.
 fn jump(
     [before, after]: [&Vector; 2],
     [left, right]: [&Vector; 2],
     ends: [&Vector; 2],
-    noise: impl Fn(usize) -> f64,
+    (noise, error): (impl Fn(usize) -> f64, impl Fn(usize) -> f64),
 ) -> f64 {
     let parts = (0..before.len()).map(|i| {
         let size = before[i].abs().max(after[i].abs());
@@ -430,7 +473,7 @@ fn jump(
         let difference = (after[i] - before[i]).abs().min((right[i] - left[i]).abs());
         if size > POLE * elsewhere && elsewhere > 0.0 {
             f64::INFINITY
-        } else if difference <= noise(i) {
+        } else if difference <= error(i) {
             0.0
         } else {
             // a root is steep at its zero, and does not jump; a small acceleration is no measure for it

@@ -5,9 +5,7 @@
 
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
-use crate::solve::{Square, Vector};
 use crate::start::place::Place;
-use crate::tape::declaration::Declaration;
 
 /// The difference of accelerations counts as rounding up to this many times the effect of single roundings.
 const ROUNDINGS: f64 = 8.0;
@@ -63,7 +61,8 @@ impl Integrator {
             return false;
         };
         let n = own.len();
-        let mut noise = of_evaluation(&declaration, &place, &here.motion)
+        let mut noise = place
+            .rounding(&declaration, &here.motion)
             .map_or(0.0, |rounding| control.size(&rounding[..n]));
         for roundings in BESIDE {
             let Some((_, beside)) = at(roundings) else {
@@ -73,19 +72,4 @@ impl Integrator {
         }
         defect <= ROUNDINGS * noise
     }
-}
-
-/// The effect of the equations' rounding errors on accelerations and multipliers that were found at a place.
-fn of_evaluation(declaration: &Declaration<'_>, place: &Place, motion: &[f64]) -> Option<Vector> {
-    let (point, multipliers) = place.with(motion);
-    let size = motion.len();
-    let (mut bounds, mut rows, mut jacobian) = (Vector::zero(size), Vector::nan(size), Square::zero(size));
-    declaration.continuous_bounds(point, multipliers, &mut bounds);
-    declaration.linearize_continuous(point, multipliers, &mut rows, jacobian.entries_mut());
-    let mut rounding = Vector::zero(size);
-    for (row, bound) in bounds.iter().enumerate() {
-        let one = Vector::from_fn(size, |i| if i == row { *bound } else { 0.0 });
-        rounding = rounding.zip(&jacobian.solve(&one)?, |rounding, by| rounding + by.abs());
-    }
-    Some(rounding)
 }

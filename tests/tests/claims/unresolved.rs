@@ -364,3 +364,33 @@ fn a_balance_that_is_found_does_not_jump() {
         }
     }
 }
+
+/// A quotient loses its digits towards a zero of its divisor, where it has a limit and does not jump.
+#[test]
+fn a_quotient_with_few_digits_does_not_jump() {
+    for force in [
+        "0.3 * (1 - x.cos()) / x.powi(2)",
+        "x.sin() / x",
+        "(x - x.sin()) / x.powi(3)",
+        "(x.exp() - 1) / x - 1",
+        "(x.exp() - 1 - x) / x.powi(2)",
+        "x.ln_1p() / x",
+        "(1 - (1 - x.powi(2)).sqrt()) / x.powi(2)",
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};");
+        let text = Text::parse("quotient", &text).unwrap();
+        for (at, h) in [
+            (0.5, 0.125),
+            (0.47, 0.03),
+            (0.3, 0.011),
+            (0.013, 1e-3),
+            (0.002, 1e-4),
+        ] {
+            for order in [2, 4] {
+                let start = Start::second_order([-at], [1.0]);
+                let found = counted(&text, start, h, order, (1.4 * at / h).floor() * h);
+                assert_eq!(found, None, "{force}, from {at}, {h}, order {order}");
+            }
+        }
+    }
+}
