@@ -40,7 +40,7 @@ impl Dependence {
         let known = f64::EPSILON / part;
         (known > tolerance).then(|| {
             format!(
-                "warning: {constraint} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: the motion and the forces are known to about {known:.0e} at best, \
+                "warning: {constraint} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: rounding alone may change the motion and the forces by about {known:.0e}, \
                  whatever the tolerance (leave the constraint out, or write what is left of it alone)"
             )
         })
