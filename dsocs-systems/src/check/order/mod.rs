@@ -97,7 +97,10 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
             points.truncate(stop);
         }
         if points.len() < 3 {
-            report_too_few(k, &points, (errors, plateau), report);
+            let compared = errors.iter().flat_map(|errors| &errors[..last]);
+            let largest = compared.fold(0.0, |most, &error| larger(most, error));
+            let until = (last < times.len() || ends_before(motion, times)).then(|| times[last - 1]);
+            report_too_few(k, &points, (largest, plateau), until, report);
             continue;
         }
         let points = &points[points.len().saturating_sub(FITTED_POINTS)..];
@@ -139,6 +142,8 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
     }
     if last < times.len() {
         report.note(&reason_beyond(motion, parts, times[last - 1]));
+    } else if ended.is_none() && ends_before(motion, times) {
+        report.note(&reason_beyond(motion, 1, times[last - 1]));
     }
     if motion.legs.len() > MOST_STEPS + 1 {
         report.note(&format!("errors are compared over the first {MOST_STEPS} steps"));
@@ -151,15 +156,29 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
     }
 }
 
-/// Reports that fewer than three errors of a quantity are above rounding.
-fn report_too_few(k: usize, points: &[[f64; 2]], (errors, plateau): (&[Vec<f64>], f64), report: &mut Report) {
+/// Whether errors are compared over less than the window, because larger steps do not follow the motion.
+fn ends_before(motion: &CheckedMotion<'_>, times: &[f64]) -> bool {
+    let left = times.last().map_or(0.0, |last| (motion.until - last).abs());
+    motion.legs.len() <= MOST_STEPS + 1 && left > 2.0 * motion.h.abs()
+}
+
+/// Reports that fewer than three errors of a quantity are above rounding; `until` is the time up to which errors are compared, if the window is
+/// longer.
+fn report_too_few(
+    k: usize,
+    points: &[[f64; 2]],
+    (largest, plateau): (f64, f64),
+    until: Option<f64>,
+    report: &mut Report,
+) {
     if k == 0 && points.is_empty() {
         // constraints may leave no free motion, or every step may follow the motion exactly, as on a
         // parabola
+        let until = until.map_or(String::new(), |until| format!(" up to t = {}", number(until)));
         report.push(
-            "errors of position, which are rounding at every step",
+            format!("errors of position{until}, which are rounding at every step"),
             Bar::AtMost(plateau),
-            Ok(largest_error(errors)),
+            Ok(largest),
         );
         report.note("no order is fitted; a larger step may show one");
     } else if k == 0 {
@@ -201,12 +220,4 @@ pub fn excuse(motion: &CheckedMotion<'_>, distance: f64, allowed: f64, report: &
              comparison or samples: {what}; to see it required, end before (`--until`), or declare a smooth function in the place of the corner"
         ));
     }
-}
-
-/// The largest of errors by step and node.
-fn largest_error(errors: &[Vec<f64>]) -> f64 {
-    errors
-        .iter()
-        .flatten()
-        .fold(0.0, |most, &error| larger(most, error))
 }
