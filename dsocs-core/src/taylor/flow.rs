@@ -9,7 +9,7 @@ use super::recurrences::{Recurrences, SeriesKernel};
 use crate::error::SetupError;
 use crate::number::compensated::Compensated;
 use crate::run::{Node, Polynomial, Run, RunError, Stepper};
-use crate::start::{self, Start, StartData};
+use crate::start::{self, Phase, Start, StartData};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
@@ -67,15 +67,12 @@ impl<'s> AnyTaylorFlow<'s> {
         start::check_parameters(&declaration)?;
         let phase = start.phase(&declaration)?;
         let at = (phase.t0, &phase.q0[..], &phase.v0[..]);
-        match Integrator::new(&mut *equations, &phase, tolerance) {
-            Ok(motion) => {
-                start::check_determined(&equations.declaration(), at, motion.acceleration())?;
-                Ok(Self { equations, motion })
-            }
-            // a deficiency of the equations for the acceleration, or an expression without a value, is more
-            // specific than a series that is not finite
+        let motion = match Integrator::new(&mut *equations, &phase, tolerance) {
+            Ok(motion) => motion,
             Err(error) => {
                 match start::state_acceleration(&equations.declaration(), at, phase.near.as_deref()) {
+                    // a deficiency of the equations for the acceleration, or an expression without a value, is more
+                    // specific than a series that is not finite
                     Err(
                         acceleration @ (SetupError::Acceleration {
                             deficiency: Some(_), ..
@@ -83,11 +80,22 @@ impl<'s> AnyTaylorFlow<'s> {
                         | SetupError::Acceleration {
                             undefined: Some(_), ..
                         }),
-                    ) => Err(acceleration),
-                    _ => Err(error),
+                    ) => return Err(acceleration),
+                    // Newton's iteration of the series begins at zero, where a row may not depend on the acceleration
+                    Ok(near) if phase.near.is_none() => {
+                        let near = Some(near);
+                        let phase = Phase {
+                            near,
+                            ..phase.clone()
+                        };
+                        Integrator::new(&mut *equations, &phase, tolerance).map_err(|_| error)?
+                    }
+                    _ => return Err(error),
                 }
             }
-        }
+        };
+        start::check_determined(&equations.declaration(), at, motion.acceleration())?;
+        Ok(Self { equations, motion })
     }
 
     /// Refuses a system of third order.
