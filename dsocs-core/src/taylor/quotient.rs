@@ -241,7 +241,8 @@ impl Probe<'_> {
     /// The end of a motion whose acceleration is unbounded at the time `s`. It is looked at again from nearer, where
     /// the motion may turn away.
     fn unbounded(&self, s: f64) -> Past {
-        let is_near = s.abs() <= PAST * self.h.abs() || BESIDE * self.h.abs() <= self.motion.resolution();
+        let is_near =
+            s.abs() <= PAST * self.h.abs() || BESIDE * self.h.abs() <= self.motion.resolution(self.h);
         if is_near {
             Past::End(Outcome::Unbounded(self.motion.t.hi[0] + s))
         } else {

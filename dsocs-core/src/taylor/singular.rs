@@ -80,10 +80,13 @@ impl Integrator {
         defect >= TORN * acceleration && defect > 0.0 || self.changes_sign()
     }
 
-    /// The time in which the position changes by so many roundings that the determinant is more than rounding.
-    pub(super) fn resolution(&self) -> f64 {
-        let (q, v) = self.series.start();
-        RESOLVED * f64::EPSILON * (size(q) / size(v)).max(self.t.hi[0].abs())
+    /// The time in which the position changes, on the way of a step of the length `h`, by so many roundings that the determinant is more
+    /// than rounding.
+    pub(super) fn resolution(&self, h: f64) -> f64 {
+        let (q, _) = self.series.start();
+        let (end, _) = self.place_after(h);
+        let moved = end.q.zip(&Vector::of(q), |end, q| end - q);
+        RESOLVED * f64::EPSILON * (size(q) * h.abs() / size(&moved)).max(self.t.hi[0].abs())
     }
 
     /// The place that the trial step of the length `h`, to the time `t`, must not pass; `end` has the sizes of
@@ -151,7 +154,7 @@ impl Integrator {
         }
         let (mut least, mut apart, mut largest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
         let mut halvings = 0;
-        let rounding = self.resolution();
+        let rounding = self.resolution(h);
         for _ in 0..HALVINGS {
             if (to.0 - from.0).abs() <= rounding {
                 break;

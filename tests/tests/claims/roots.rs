@@ -1,10 +1,13 @@
 //! A constraint with two solutions in every step: both are found on request. A run follows its own solution,
 //! or ends with the error that it cannot decide; it never changes to the other one without an error.
 
-use dsocs_core::{Guess, RunError, Start, StepFailure, Stepper};
+use dsocs_core::text::Text;
+use dsocs_core::{Guess, RunError, Start, StepFailure, Stepper, Tolerance};
 use dsocs_tests::declared;
 use dsocs_tests::short_or_long;
-use dsocs_tests::text::Flow;
+use dsocs_tests::text::{Flow, TaylorFlow};
+
+use super::draws;
 
 declared! {
     /// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
@@ -201,4 +204,51 @@ fn what_is_near_to_a_solution_need_not_be_it() {
         let expected = 0.5 * square.sqrt().copysign(said);
         assert!((end.q[0] - expected).abs() < 1e-9, "{said}: {end:?}");
     }
+}
+
+/// Two accelerations that a row allows, `-w² x` and `-f`, are the same at one place: a motion to a tolerance keeps to its own, wherever
+/// it ends. It begins at rest.
+#[test]
+fn a_series_passes_the_place_where_two_accelerations_cross() {
+    draws::test(80, 33, (1.1..2.5, 0.5..2.0, 0.1..1.5), &|(q0, w, beyond): (
+        f64,
+        f64,
+        f64,
+    )| {
+        let text = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = (ddot(x) + {w:?} * {w:?} * x) * (ddot(x) + {w:?} * {w:?}); \
+             constraint_forces = [(1,)];"
+        );
+        let text = Text::parse("crossing", &text).unwrap();
+        let start = Start::second_order([q0], [0.0]).near_acceleration([-w * w * q0]);
+        let until = ((1.0 / q0).acos() + beyond) / w;
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+            flow.to(until).unwrap();
+            let error = (flow.node().q[0] - q0 * (w * until).cos()).abs();
+            assert!(
+                error < 100.0 * tolerance.max(1e-11),
+                "{q0} {w} {until} {tolerance}: {error}"
+            );
+        }
+        Ok(())
+    });
+}
+
+/// At zero acceleration a row need not depend on the acceleration: series begin at the root that steps find.
+#[test]
+fn a_series_begins_where_a_row_does_not_depend_on_a_zero_acceleration() {
+    draws::test(40, 34, (0.5..3.0, 0.2..0.9), &|(size, until): (f64, f64)| {
+        let text = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = ddot(x).powi(3) + {:?} * (1 - t); constraint_forces = [(1,)];",
+            size.powi(3)
+        );
+        let text = Text::parse("cubic", &text).unwrap();
+        let start = Start::second_order([0.0], [0.0]);
+        let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(1e-12)).unwrap();
+        flow.to(until).unwrap();
+        let exact = -size * 0.75 * (1.0 - (1.0 - until).powf(4.0 / 3.0));
+        assert!((flow.node().v[0] - exact).abs() < 1e-10, "{size} {until}");
+        Ok(())
+    });
 }
