@@ -3,7 +3,7 @@
 use crate::kernel::report::{NodeMut, NodeScalars};
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
-use crate::regularity::multipliers::multipliers;
+use crate::regularity::multipliers;
 use crate::solve::newton::Stop;
 use crate::tape::declaration::Declaration;
 
@@ -146,13 +146,14 @@ impl<'a> AnyNode<'a> {
 }
 
 impl Declaration<'_> {
-    /// The multipliers of a node's constraint force, one for each constraint, by the forms of its constraints.
+    /// The multipliers of a node's constraint force, one for each constraint, by the forms of its constraints. Where a body rests at a jump
+    /// of a form, as with friction in proportion to the constraint force, the form is that with the friction that holds it.
     #[must_use]
     pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
         if self.shape().forms == 0 {
             return Vec::new();
         }
-        multipliers(node.force, &self.continuous_forms(node.point()))
+        multipliers::of_node(self, node.point(), node.force)
     }
 }
 

@@ -816,7 +816,23 @@ impl<'s> Declaration<'s> {
             sides,
             ..At::point(point)
         };
-        self.all(Segment::SidedContinuous, Part::Tail, &at)
+        self.vector(Segment::SidedContinuous, Part::Tail, &at)
+    }
+
+    /// The continuous system's forms with given values `sides` in place of signs.
+    pub(crate) fn sided_continuous_forms<T: Number>(
+        &self,
+        point: AnyPoint<'_, T>,
+        sides: &[T],
+    ) -> Vec<Vec<T>> {
+        let at = At {
+            sides,
+            ..At::point(point)
+        };
+        let mut force_and_forms = self.all(Segment::SidedContinuous, Part::Tail, &at);
+        let n = self.dimension();
+        let forms = force_and_forms.split_off(n.min(force_and_forms.len()));
+        forms.chunks_exact(n.max(1)).map(<[T]>::to_vec).collect()
     }
 
     /// The momentum of a leg at its second node, `D₂L_d + f⁺_d`; for the paper's map, that of the trapezoidal

@@ -1,7 +1,7 @@
 //! The format of a tape: its segments, and the leaves of their expressions.
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 6;
+pub(crate) const VERSION: u8 = 7;
 
 /// A leaf of an expression that is not a number; the kinds have numbers in the format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -98,7 +98,8 @@ pub enum Segment {
     Sides,
     /// The rows of a step as declared, with given values in place of signs; then the constraint force.
     Sided,
-    /// The rows of the continuous system with given values in place of signs; then its constraint force.
+    /// The rows of the continuous system with given values in place of signs; then its constraint force and the
+    /// forms.
     SidedContinuous,
     /// The arguments of all piecewise functions, and the divisors; first the arguments of [`Segment::Sides`].
     Switches,

@@ -40,6 +40,7 @@ mod linear;
 mod lower_rows;
 mod momenta_of_rotations;
 mod moving_surfaces;
+mod multipliers_at_rest;
 mod narrow;
 mod nested;
 mod nodes_at_jumps;

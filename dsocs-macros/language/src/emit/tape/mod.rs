@@ -18,7 +18,7 @@ pub use recurrences::Series;
 pub(crate) use recurrences::series;
 
 /// The version of the tape's format, as `dsocs_core` reads it.
-const VERSION: u8 = 6;
+const VERSION: u8 = 7;
 
 /// Expressions of a step as it was declared, before the passes.
 pub(crate) struct Declared {
@@ -270,7 +270,7 @@ fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
 }
 
 /// Three segments with sides in place of signs: the arguments of functions that jump with the velocity; the
-/// declared rows of a step and its constraint force; the rows of the continuous system and its force.
+/// declared rows of a step and its constraint force; the rows of the continuous system, its force and the forms.
 fn sided(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
     let Some(Sides { model, arguments }) = mechanics::sides(model) else {
         return [Segment::default(), Segment::default(), Segment::default()];
@@ -280,7 +280,11 @@ fn sided(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment
     let rows: Vec<NodeId> = step.rows.iter().map(|row| row.value).chain(step.force).collect();
     let continuous = mechanics::continuous(&model, &mut graph);
     let of_motion = continuous.rows.iter().map(|row| row.value);
-    let of_motion: Vec<NodeId> = of_motion.chain(continuous.force).collect();
+    let forms = model
+        .forms
+        .iter()
+        .flat_map(|form| form.components.iter().copied());
+    let of_motion: Vec<NodeId> = of_motion.chain(continuous.force).chain(forms).collect();
     [
         of(&graph, &arguments, 0),
         of(&graph, &rows, step.rows.len()),
