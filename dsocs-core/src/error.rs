@@ -236,12 +236,13 @@ pub enum SetupError {
     },
     /// The equations for the acceleration are singular at the start, to within rounding.
     #[error(
-        "the equations are singular at the start q0 = {}, v0 = {}: {}, so that the acceleration that they give is rounding; start beside it",
+        "the equations are singular at the start q0 = {}, v0 = {}: {}, so that the acceleration that they give is rounding; {}",
         Numbers(.q0), Numbers(.v0),
         .deficiency.as_ref().map_or_else(
             || "a few roundings beside it, their determinant is another one".to_owned(),
             ToString::to_string
-        )
+        ),
+        .deficiency.as_deref().filter(|deficiency| deficiency.is_redundancy()).and_then(Deficiency::advice).unwrap_or("start beside it")
     )]
     Singular {
         /// The position.

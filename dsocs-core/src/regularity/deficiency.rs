@@ -143,6 +143,11 @@ impl Deficiency {
         !self.rows.is_empty() && self.rows.iter().all(DependentRow::is_constraint)
     }
 
+    /// Whether several constraints say the same.
+    pub(crate) fn is_redundancy(&self) -> bool {
+        self.rows.len() > 1 && self.is_of_constraints()
+    }
+
     /// The undetermined coordinates in words, with the verb and the pronoun of the following clause.
     fn what(&self) -> Option<(String, [&'static str; 2])> {
         let names: Vec<String> = self.coordinates.iter().map(|name| format!("`{name}`")).collect();

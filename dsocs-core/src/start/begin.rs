@@ -11,6 +11,7 @@ use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::deficiency;
+use crate::regularity::dependence;
 use crate::regularity::multipliers::of_motion;
 use crate::regularity::resting;
 use crate::regularity::undefined::{self, Undefined};
@@ -434,7 +435,9 @@ pub(crate) fn state(
             at_any_velocity: fails_in_motion(declaration, (t0, q0), cause.reason),
             q0: q0.to_vec(),
             v0: v0.to_vec(),
-            deficiency: deficiency::of_start(declaration, (t0, q0, v0), near, &cause).map(Box::new),
+            deficiency: deficiency::of_start(declaration, (t0, q0, v0), near, &cause)
+                .or_else(|| dependence::to_rounding(declaration, (t0, q0, v0), near))
+                .map(Box::new),
             undefined: undefined(declaration, (t0, q0, v0), near, &cause).map(Box::new),
             cause: Box::new(cause),
         }),

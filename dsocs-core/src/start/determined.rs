@@ -3,7 +3,8 @@
 use super::{acceleration, underflow};
 use crate::error::SetupError;
 use crate::number::point::AnyPoint;
-use crate::regularity::deficiency;
+use crate::regularity::deficiency::{self, Deficiency};
+use crate::regularity::dependence;
 use crate::solve::elimination::Determinant;
 use crate::solve::{Square, Vector};
 use crate::tape::declaration::Declaration;
@@ -76,9 +77,9 @@ fn updated(
     (!determinant.value.is_nan()).then_some(Determined { motion, determinant })
 }
 
-/// Checks that the equations are regular at a start: that their determinant hardly changes a few roundings
-/// beside it. If it does, as with `theta = pi / 2` and a factor `cos(theta)`, the acceleration is only
-/// rounding.
+/// Checks that the equations are regular at a start: that no constraints repeat each other, and that the
+/// determinant hardly changes a few roundings beside it. If it does, as with `theta = pi / 2` and a factor
+/// `cos(theta)`, the acceleration is only rounding.
 #[cold]
 pub(crate) fn check(
     declaration: &Declaration<'_>,
@@ -86,6 +87,16 @@ pub(crate) fn check(
     a: &[f64],
 ) -> Result<(), SetupError> {
     underflow::check(declaration, (t, q0, v0), None)?;
+    let point = AnyPoint { t, q: q0, v: v0, a };
+    let singular = |deficiency: Option<Deficiency>| SetupError::Singular {
+        q0: q0.to_vec(),
+        v0: v0.to_vec(),
+        deficiency: deficiency.map(Box::new),
+    };
+    // rounding may change the determinant of redundant rows by less than itself
+    if let Some(redundant) = dependence::to_rounding(declaration, (t, q0, v0), Some(a)) {
+        return Err(singular(Some(redundant)));
+    }
     let guess = Vector::resized(a, declaration.shape().motion);
     let Some(here) = updated(declaration, (t, q0, v0), &guess) else {
         return Ok(());
@@ -103,10 +114,5 @@ pub(crate) fn check(
     if !BESIDE.into_iter().any(is_other) {
         return Ok(());
     }
-    let point = AnyPoint { t, q: q0, v: v0, a };
-    Err(SetupError::Singular {
-        q0: q0.to_vec(),
-        v0: v0.to_vec(),
-        deficiency: deficiency::near_point(declaration, point).map(Box::new),
-    })
+    Err(singular(deficiency::near_point(declaration, point)))
 }

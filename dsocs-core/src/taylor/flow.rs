@@ -79,6 +79,9 @@ impl<'s> AnyTaylorFlow<'s> {
                         }
                         | SetupError::Acceleration {
                             undefined: Some(_), ..
+                        }
+                        | SetupError::Singular {
+                            deficiency: Some(_), ..
                         }),
                     ) => return Err(acceleration),
                     // Newton's iteration of the series begins at zero, where a row may not depend on the acceleration

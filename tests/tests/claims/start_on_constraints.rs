@@ -2,6 +2,7 @@
 
 use dsocs_core::{Composition, SetupError, Start, Stepper, Tolerance};
 use dsocs_tests::declared;
+use dsocs_tests::scenes::random::Random;
 use dsocs_tests::short_or_long;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 use proptest::prelude::*;
@@ -222,4 +223,140 @@ fn a_regulator_starts_at_rest() {
         (-decay * t).exp() * ((turn * t).cos() + decay / turn * (turn * t).sin())
     };
     assert!((flow.to(5.0).unwrap().q[0] - exact(5.0)).abs() < 1e-4);
+}
+
+declared! {
+    /// A platform on three equal bars, which stay parallel: the third says what the others say.
+    struct Platform { bars: [f64; 3], factors: [f64; 3] };
+    coordinates(x, y, th);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.1 * dot(th).powi(2) - 9.81 * y;
+    let px = |s| x + s * th.cos();
+    let py = |s| y + s * th.sin();
+    let bar = |s| (px(s) - s).powi(2) + py(s).powi(2) - 1;
+    holonomic = [factors[0] * bar(bars[0]), factors[1] * bar(bars[1]), factors[2] * bar(bars[2])];
+}
+
+declared! {
+    /// A platform on two bars and a third that is independent of them by a pivot that is off, or by another coordinate.
+    struct Leaning { off: f64, square: f64, weight: f64, factors: [f64; 3] };
+    coordinates(x, y, th, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 + 0.1 * dot(th).powi(2) - 9.81 * y;
+    let px = |s| x + s * th.cos();
+    let py = |s| y + s * th.sin();
+    holonomic = [
+        factors[0] * ((px(-1) + 1).powi(2) + py(-1).powi(2) - 1),
+        factors[1] * ((px(1) - 1).powi(2) + py(1).powi(2) - 1),
+        factors[2] * ((px(0) - off).powi(2) + py(0).powi(2) - square + weight * z),
+    ];
+}
+
+declared! {
+    /// Three velocity constraints, which may depend on each other.
+    struct Summed { slopes: [f64; 2], third: [f64; 4] };
+    coordinates(x, y, z, w);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2) + dot(w).powi(2)) / 2 - 9.81 * y;
+    let turned = (1 + x * x) * dot(y);
+    nonholonomic = [dot(x) - slopes[0] * dot(w), dot(z) + slopes[1] * turned, third[0] * dot(x) + third[1] * dot(z) + third[2] * dot(w) + third[3] * turned];
+}
+
+declared! {
+    /// A double pendulum of two rods.
+    struct TwoRods { masses: [f64; 2], factors: [f64; 2] };
+    coordinates(a: [2], b: [2]);
+    lagrangian = masses[0] * dot(a).norm_squared() / 2 + masses[1] * dot(b).norm_squared() / 2 - 9.81 * (masses[0] * a[1] + masses[1] * b[1]);
+    holonomic = [factors[0] * (a.norm() - 1), factors[1] * ((a - b).norm() - 1)];
+}
+
+/// The errors of a start, by steps and with a tolerance.
+fn errors<S: System<N>, const N: usize>(system: &S, start: Start<N>) -> [Option<String>; 2] {
+    [
+        Flow::new(system, 0.005, start)
+            .err()
+            .map(|error| error.to_string()),
+        TaylorFlow::new(system, start, Tolerance::relative(1e-9))
+            .err()
+            .map(|error| error.to_string()),
+    ]
+}
+
+#[test]
+fn rows_that_repeat_each_other_are_refused_whatever_their_rounding() {
+    let mut random = Random::new(5);
+    for draw in 0..400 {
+        let bars = [0.0; 3].map(|_| {
+            let s = random.between(-1.5, 1.5);
+            // with few digits as with many
+            if draw % 2 == 0 {
+                (100.0 * s).round() / 100.0
+            } else {
+                s
+            }
+        });
+        let distance = |i: usize, j: usize| (bars[i] - bars[j]).abs();
+        if distance(0, 1).min(distance(1, 2)).min(distance(0, 2)) < 0.005 {
+            continue;
+        }
+        let factors = [0.0; 3].map(|_| {
+            if draw % 3 == 0 {
+                random.decades(1e-6, 1e6)
+            } else {
+                1.0
+            }
+        });
+        let (sin, cos) = random.between(-3.0, 3.0).sin_cos();
+        let start = Start::second_order([cos, sin, 0.0], [0.0; 3]);
+        for error in errors(&Platform { bars, factors }, start) {
+            let error = error.unwrap_or_else(|| panic!("{draw}: {bars:?} {factors:?} at {cos:?}, {sin:?}"));
+            let names = "holonomic constraints 1, 2 and 3 depend on each other";
+            assert!(
+                error.contains(names) && error.contains("leave out"),
+                "{draw}: {bars:?}: {error}"
+            );
+        }
+        let [slopes, parts] = [0, 1].map(|_| [0.0; 2].map(|_| random.between(0.1, 2.0)));
+        let third = [parts[0], parts[1], -parts[0] * slopes[0], parts[1] * slopes[1]];
+        let start = Start::second_order([random.between(-2.0, 2.0), 0.3, 0.2, 0.1], [0.0; 4]);
+        for error in errors(&Summed { slopes, third }, start) {
+            let error = error.unwrap_or_else(|| panic!("{draw}: {slopes:?} {third:?}"));
+            assert!(
+                error.contains("nonholonomic constraints 1, 2 and 3 depend on each other"),
+                "{error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rows_that_nearly_repeat_each_other_are_taken() {
+    let mut random = Random::new(6);
+    for draw in 0..100 {
+        let factors = [0.0; 3].map(|_| random.decades(1e-6, 1e6));
+        let (sin, cos) = random.between(-3.0, 3.0).sin_cos();
+        let (off, weight) = if draw % 2 == 0 {
+            (0.0, random.decades(1e-9, 1.0))
+        } else {
+            (random.decades(1e-10, 1e-1), 0.0)
+        };
+        let square = (cos - off).powi(2) + sin * sin;
+        let start = Start::second_order([cos, sin, 0.0, 0.0], [0.0; 4]);
+        let found = errors(
+            &Leaning {
+                off,
+                square,
+                weight,
+                factors,
+            },
+            start,
+        );
+        assert_eq!(found, [None, None], "{draw}: {off} {factors:?}");
+        let masses = [random.decades(1e-9, 1e9), random.decades(1e-9, 1e9)];
+        let [a, b] = [0.0; 2].map(|_| random.between(-3.0, 3.0).sin_cos());
+        let place = [a.1, a.0, a.1 + b.1, a.0 + b.0];
+        let rods = TwoRods {
+            masses,
+            factors: [factors[0], factors[1]],
+        };
+        let found = errors(&rods, Start::second_order(place, [0.0; 4]));
+        assert_eq!(found, [None, None], "{draw}: {masses:?} {factors:?} {place:?}");
+    }
 }
