@@ -40,8 +40,9 @@ impl Dependence {
         let known = f64::EPSILON / part;
         (known > tolerance).then(|| {
             format!(
-                "warning: {constraint} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: rounding alone may change the motion and the forces by about {known:.0e}, \
-                 whatever the tolerance (leave the constraint out, or write what is left of it alone)"
+                "warning: {constraint} says nothing beside those before it but for a part of {part:.0e}, at t = {t}, as the masses weigh directions: \
+                 rounding alone may change the motion and the forces by about {known:.0e}, whatever the tolerance (if the rows say nearly the same, \
+                 leave the constraint out, or write what is left of it alone; if they differ in the motion of a light mass only, make it heavier)"
             )
         })
     }

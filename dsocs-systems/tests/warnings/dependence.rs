@@ -33,3 +33,17 @@ fn what_is_independent_enough_is_not() {
         assert_eq!(warnings_of(beside, tolerance), "", "{beside} {tolerance}");
     }
 }
+
+/// Two rods are independent; what makes their forces alike is the light mass between them, and the advice says so.
+#[test]
+fn a_light_mass_is_no_reason_to_leave_a_constraint_out() {
+    let text = "coordinates(a: [2], b: [2]); lagrangian = 1e-9 * dot(a).norm_squared() / 2 + dot(b).norm_squared() / 2 - 9.81 * (1e-9 * a[1] + b[1]); \
+                holonomic = [a.norm() - 1, (a - b).norm() - 1]; run { start = ([0.6, -0.8, 1.2, -1.6], [0, 0, 0, 0]); step = 0.01; until = 0.05; }";
+    let (succeeds, [_, warnings]) = attempt(text, "run", &["--tolerance", "1e-12"]);
+    assert!(
+        succeeds
+            && warnings.contains("as the masses weigh directions")
+            && warnings.contains("a light mass only, make it heavier"),
+        "{warnings}"
+    );
+}

@@ -89,8 +89,10 @@ impl NearlyDependentConstraint {
     pub fn reason(&self) -> String {
         let (row, part, t) = (&self.row, self.independent_part, number(self.t));
         format!(
-            "not required here: the theorem is about constraints that are independent, and {row} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: what is \
-             measured is known to about {:.0e} only, relative to a leg to {:.0e}; leave the constraint out, or write what is left of it alone",
+            "not required here: the theorem is about constraints that are independent, and {row} says nothing beside those before it but for \
+             a part of {part:.0e}, at t = {t}, as the masses weigh directions: what is measured is known to about {:.0e} only, relative to a leg \
+             to {:.0e}; if the rows say nearly the same, leave the constraint out, or write what is left of it alone; if they differ in the \
+             motion of a light mass only, make it heavier",
             self.relative_error(),
             self.relative_error() / self.shortest_leg
         )
