@@ -196,7 +196,7 @@ fn fit(
     }
     let forms = |sides: &[f64]| -> Vec<Vec<f64>> {
         let forms = sided_forms(declaration, point, sides, None);
-        forms.iter().map(|form| map(form, |x| x.value())).collect()
+        forms.iter().map(|form| map(form, Tangent::value)).collect()
     };
     let of_forms = |forms: &[Vec<f64>], multipliers: &[f64], i: usize| -> f64 {
         forms.iter().zip(multipliers).map(|(form, x)| form[i] * x).sum()
