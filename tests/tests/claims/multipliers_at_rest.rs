@@ -45,9 +45,9 @@ fn all<S: System<N>, const N: usize>(
     }
     let mut exact = Vec::new();
     let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-11)).unwrap();
-    let count = (until / 0.1).round() as u32;
-    for place in 1..=count {
-        let node = flow.to(0.1 * f64::from(place)).unwrap();
+    let times = (1..).map(|place| 0.1 * f64::from(place));
+    for t in times.take_while(|t| *t < until + 0.05) {
+        let node = flow.to(t).unwrap();
         exact.push((node.t, flow.multipliers(&node)));
     }
     [by_steps, exact]

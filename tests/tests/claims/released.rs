@@ -4,7 +4,6 @@
 use dsocs_core::text::Text;
 use dsocs_core::{Flow, Start, Stepper, Tolerance};
 use dsocs_tests::text::TaylorFlow;
-use proptest::prelude::*;
 
 use super::draws;
 
