@@ -80,7 +80,7 @@
 //! - *Nodes.* [`Node`]; [`OwnedNode`], which is filled again at every node; [`Trajectory`], all nodes of a run; [`NodeMut`] and
 //!   [`NodeScalars`], where a run writes a node; [`Leg`] and [`OwnedLeg`], two nodes; [`Point`] and [`OwnedPoint`], position, velocity
 //!   and acceleration at any time.
-//! - *Between nodes.* [`Polynomial`], the motion during a step, which a [`Visitor`] receives, with its workspace [`Room`] and its
+//! - *Between nodes.* [`Polynomial`], the motion during a step, which a [`Visitor`] receives, with its workspace [`Workspace`] and its
 //!   [`StepEnd`].
 //! - *Observers.* [`Observer`] and its [`ObserverResult`]; [`Event`], [`Events`], [`Occurrence`], [`LastLeg`]; [`on_event`], which
 //!   makes an [`OnEvent`]; [`CsvWriter`]; [`Estimates`] of the error.
@@ -190,8 +190,8 @@ pub use regularity::Regularity;
 pub use run::{
     AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Clock, CsvWriter,
     End, Event, Events, FailedEvent, Failure, InputError, Inputs, LastLeg, NearlySingular, Node,
-    NotReversible, Observer, ObserverResult, Occurrence, OnEvent, OwnedNode, Polynomial, Room, Run, RunError,
-    StepEnd, Stepper, TimeBehind, Trajectory, Unresolved, Visitor, on_event,
+    NotReversible, Observer, ObserverResult, Occurrence, OnEvent, OwnedNode, Polynomial, Run, RunError,
+    StepEnd, Stepper, TimeBehind, Trajectory, Unresolved, Visitor, Workspace, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};

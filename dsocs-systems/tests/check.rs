@@ -555,7 +555,7 @@ struct Skate {}
     constraint_forces = [(1, 0)];
 }]
 #[derive(Clone)]
-struct Felt {
+struct AccelerationNorm {
     size: f64,
 }
 
@@ -580,7 +580,7 @@ fn motions_without_an_error_pass() {
 /// The settings choose one of two accelerations.
 #[test]
 fn one_of_two_accelerations_is_checked() {
-    let entry = Entry::new(Felt { size: 12.0 })
+    let entry = Entry::new(AccelerationNorm { size: 12.0 })
         .start([0.0; 2], [0.0, 1.0])
         .until(1.0);
     assert!(entry.check(&settings(&entry)).is_err());

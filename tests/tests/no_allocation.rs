@@ -92,7 +92,7 @@ fn a_system_that_was_not_compiled() {
         let steps = allocation_counter::measure(|| {
             for _ in 0..300 {
                 flow.advance().unwrap();
-                flow.write_node(node.room());
+                flow.write_node(node.as_node_mut());
             }
         });
         assert_eq!(

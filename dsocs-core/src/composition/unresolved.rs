@@ -15,7 +15,7 @@ use crate::solve::rotation;
 use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::StepPath;
 use crate::step::jumps;
-use crate::step::smooth::FORESEEN;
+use crate::step::smooth::NEAR_PREDICTION;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
@@ -126,7 +126,7 @@ impl Composed<'_> {
         };
         let mut here = self.here();
         let a = &self.run_state.now.a;
-        let foreseen = watch.accelerations.foresees(a, FORESEEN);
+        let foreseen = watch.accelerations.is_near_prediction(a, NEAR_PREDICTION);
         watch.accelerations.push(a);
         here.next = watch.accelerations.predict();
         let index = self.run_state.clock.index();
@@ -173,7 +173,7 @@ impl Composed<'_> {
         let rotations = &self.kernel.shape().rotations;
         let ends = [from.point(), to.point()];
         let path = |part: f64| Place::on_hermite(rotations, ends, part);
-        if part.is_none_or(|part| part <= jumps::TOLD) {
+        if part.is_none_or(|part| part <= jumps::REPORTED) {
             let on = on(&path, to.t - from.t, declaration);
             let places = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
             let swings = places.map(|place| on.swings_at(place));
@@ -183,7 +183,7 @@ impl Composed<'_> {
             Some(_) => 0,
             None => switches::clear_after(&declaration, &path),
         };
-        let mut least = jumps::TOLD;
+        let mut least = jumps::REPORTED;
         if part.is_none()
             && unforeseen
             && let Some(accelerations) = jumps::accelerations(&declaration, &path)

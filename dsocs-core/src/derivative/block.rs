@@ -8,7 +8,7 @@ use super::turning::{self, Legs};
 use crate::number::dispatch::{self, Work};
 use crate::solve::rotation::{LegTangent, SLOTS};
 use crate::tape::declaration::Declaration;
-use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Sweeps, Tape};
+use crate::tape::{Differential, Eight, Input, Leaf, Part, Segment, Sweeps, Tape, Workspace};
 
 /// The meaning of an input of a differential in a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -54,9 +54,9 @@ pub(super) struct Equations {
 /// The working memory of the differentials.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rooms {
-    step: Room,
-    pub(super) point: Room,
-    constants: Room,
+    step: Workspace,
+    pub(super) point: Workspace,
+    constants: Workspace,
     /// The quaternions at the points that were evaluated last.
     pub(super) quaternions: Vec<[Eight; SLOTS]>,
 }
@@ -368,7 +368,7 @@ impl Work for ByFixedOf<'_> {
 struct Linearization<'a> {
     equations: &'a Equations,
     steps: &'a Steps<'a>,
-    room: &'a mut Room,
+    room: &'a mut Workspace,
     block: &'a mut Block,
 }
 
@@ -526,7 +526,7 @@ fn pivot(matrix: &mut [Eight], size: usize, width: usize, k: usize) {
 }
 
 /// Sets the inputs for up to eight steps. Unused lanes repeat the last step.
-pub(super) fn set(differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Room) {
+pub(super) fn set(differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Workspace) {
     let recorded = &steps.recorded;
     for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
         let number = match (*role, input) {

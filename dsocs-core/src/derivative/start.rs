@@ -7,7 +7,7 @@ use crate::solve::dense::Matrix;
 use crate::solve::rotation::{self, SLOTS};
 use crate::start::StartOrder;
 use crate::tape::declaration::Declaration;
-use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
+use crate::tape::{Eight, Input, Leaf, Part, Segment, Workspace};
 
 /// The derivatives of an acceleration, or of an increment, by position, velocity and parameters.
 #[derive(Clone, Debug)]
@@ -287,7 +287,7 @@ fn acceleration(
     let differential = source
         .tape()
         .differential(&[(Segment::Continuous, Part::Head)], &is_moving);
-    let mut room = Room::default();
+    let mut room = Workspace::default();
     differential.evaluate(source, &mut room, 1, &mut |input| {
         Eight::splat(match input {
             Input::Leaf(Leaf::Q(i)) => q0[i],

@@ -353,7 +353,8 @@ impl<'r, 's> Block<'r, 's> {
                 self.node.take(flow);
             } else {
                 let t = flow.clock().time_of(self.index);
-                self.lane_node.write(lane, self.index, t, &mut self.node.room());
+                self.lane_node
+                    .write(lane, self.index, t, &mut self.node.as_node_mut());
             }
             let node = self.node.any();
             if observed && observer.node(*place, &node).is_break() || self.index == *last {

@@ -22,7 +22,7 @@ use crate::number::scalar::Scalar;
 use crate::solve::newton::Stop;
 use crate::solve::rotation;
 use crate::solve::unknown::Unknown;
-use crate::step::smooth::FORESEEN;
+use crate::step::smooth::NEAR_PREDICTION;
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::System;
 use crate::tape::Eight;
@@ -373,7 +373,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for StepWork<'_, '_, R, S,
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if S::JUMPS && steps.common.may_stick {
                 // the lane's own flow decides about a possible rest
-                alone |= task.active & !foresees(guess.as_ref(), roots.z.as_ref()).bits();
+                alone |= task.active & !is_near_prediction(guess.as_ref(), roots.z.as_ref()).bits();
             }
             if !guess.as_ref().is_empty() {
                 alone |= task.active & now.determinants.ask(roots.determinants);
@@ -417,10 +417,10 @@ pub(super) fn short(task: &Task, index: u64) -> u32 {
 
 /// The lanes whose solution is close to its prediction, by a slightly stricter test than that of a flow.
 #[inline(always)]
-pub(super) fn foresees<R: Register>(guess: &[Lanes<R>], z: &[Lanes<R>]) -> Mask<R> {
+pub(super) fn is_near_prediction<R: Register>(guess: &[Lanes<R>], z: &[Lanes<R>]) -> Mask<R> {
     let mut foreseen = Mask::splat(true);
     for (&guess, &z) in guess.iter().zip(z) {
-        let close = Lanes::splat(0.999 * FORESEEN) * z.abs() + Lanes::splat(f64::MIN_POSITIVE);
+        let close = Lanes::splat(0.999 * NEAR_PREDICTION) * z.abs() + Lanes::splat(f64::MIN_POSITIVE);
         foreseen = foreseen & (z - guess).abs().below(close);
     }
     foreseen

@@ -14,7 +14,7 @@ use wide::f64x8;
 
 use super::determinants::Determinants;
 use super::engine::{
-    Common, Engine, LaneKernel, LaneNode, LastStep, ScalarSteps, Task, foresees, short, times,
+    Common, Engine, LaneKernel, LaneNode, LastStep, ScalarSteps, Task, is_near_prediction, short, times,
 };
 use super::lane_registers::{Natural, load, store};
 use super::lane_state::LaneState;
@@ -274,7 +274,7 @@ struct Steps<'k, R: Chosen> {
     /// The numbers of the programs.
     numbers: LaneMemory,
     /// The rest of the workspace.
-    room: Room<R>,
+    room: Workspace<R>,
 }
 
 /// The last node of a coordinate and the increment that led to it, as compensated sums: high part, low part
@@ -296,7 +296,7 @@ struct LaneRegisters<R> {
 }
 
 /// The workspace of steps, reused from step to step.
-struct Room<R> {
+struct Workspace<R> {
     now: LaneRegisters<R>,
     /// The compensated sums after the step that is being made.
     next: Vec<Sums<R>>,
@@ -350,7 +350,7 @@ impl<'k, R: Chosen> Steps<'k, R> {
             common: *common,
             parameters: vec![Eight::ZERO; shape.parameters.len()],
             numbers,
-            room: Room {
+            room: Workspace {
                 now: LaneRegisters {
                     sums: vec![[zero; 4]; n],
                     past: vec![[zero; LaneState::VECTORS]; m],
@@ -552,7 +552,7 @@ impl<R: Chosen> InLanes for StepWork<'_, '_, R> {
             Some(_) => &programs.entries,
             None => &programs.residual,
         };
-        let Room {
+        let Workspace {
             now,
             next,
             vectors,
@@ -608,7 +608,7 @@ impl<R: Chosen> InLanes for StepWork<'_, '_, R> {
             }
             if shape.jumps && common.may_stick {
                 // the lane's own flow decides about a possible rest
-                alone |= task.active & !foresees(guess.as_ref(), z).bits();
+                alone |= task.active & !is_near_prediction(guess.as_ref(), z).bits();
             }
             if !z.is_empty() {
                 alone |= task.active & determinants.ask(roots.determinants);

@@ -227,7 +227,8 @@ impl<'s> Discrete<'s> {
         let may_switch = self.may_switch();
         let (mut foreseen, mut changes) = (true, false);
         if !shape.is_of_third_order() {
-            foreseen = (!may_switch || self.foresees(&z, &e)) && !(shape.jumps && report.stop == Stop::Jump);
+            foreseen = (!may_switch || self.is_near_prediction(&z, &e))
+                && !(shape.jumps && report.stop == Stop::Jump);
             if self.contacts.is_some() && (is_near || !foreseen) {
                 changes = report.stop == Stop::Jump || !self.keeps_sides(&e);
                 if changes && let Some(report) = self.solve_sided(Some(&e), report.stop == Stop::Jump) {

@@ -42,7 +42,7 @@ impl StepConditions<'_> {
     /// Whether the change of sign of an argument in a step is examined, given the argument's number and its value at the end of the step.
     /// That of an argument that rests, comes to rest or is released is not; nor is that of one that keeps its side, since just after a
     /// release an argument is near zero.
-    fn asks(&self, switch: usize, last: f64) -> bool {
+    fn is_examined(&self, switch: usize, last: f64) -> bool {
         let Some(before) = self.before.get(switch) else {
             return true;
         };
@@ -101,7 +101,7 @@ impl Discrete<'_> {
         let paths: [(&MotionPath<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&path, [old, now])];
         for (path, declarations) in &paths[usize::from(index != self.first_step())..] {
             let found = switches::crossings(now, path, &mut switches.signs, |switch, last| {
-                span.asks(switch, last)
+                span.is_examined(switch, last)
             });
             let on = StepPath {
                 path: *path,
@@ -115,8 +115,10 @@ impl Discrete<'_> {
             }
             // a jump that is reported is enough; without one, features narrower than the step may lie at or
             // beside the change of sign
-            if part <= jumps::TOLD {
-                for place in switches::narrow_places(&now, path, |switch, last| span.asks(switch, last)) {
+            if part <= jumps::REPORTED {
+                for place in
+                    switches::narrow_places(&now, path, |switch, last| span.is_examined(switch, last))
+                {
                     part = part.max(on.swings_at(place));
                 }
             }
@@ -124,7 +126,7 @@ impl Discrete<'_> {
         let time = leg.t;
         switches.index = index + 1;
         self.switches = Some(switches);
-        if part > jumps::TOLD {
+        if part > jumps::REPORTED {
             Unresolved::count(&mut self.unresolved, time, part);
         }
         any

@@ -55,7 +55,9 @@ impl Discrete<'_> {
         let found = singular::on_path(&declaration, &path, &near).or_else(|| {
             // a step over a singularity may have a smooth path with an unpredicted acceleration: the path with the predicted one is searched,
             // too
-            let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
+            let [expected, _] = self
+                .expected()
+                .filter(|_| part < 0.0 && !self.is_near_prediction(z, e))?;
             singular::on_path(&declaration, &self.path(&expected), &near)
         });
         let rests = found

@@ -21,7 +21,7 @@ use crate::solve::predictor;
 use crate::solve::{Vector, rotation};
 use crate::start::place::{MotionPath, Place};
 use crate::step::jumps;
-use crate::step::smooth::FORESEEN;
+use crate::step::smooth::NEAR_PREDICTION;
 use crate::tape::declaration::Declaration;
 
 impl Discrete<'_> {
@@ -32,11 +32,11 @@ impl Discrete<'_> {
     }
 
     /// Whether a solution is near its prediction: a jump of a force shows there first.
-    pub(super) fn foresees(&self, z: &[f64], e: &[f64]) -> bool {
+    pub(super) fn is_near_prediction(&self, z: &[f64], e: &[f64]) -> bool {
         let vectors = &self.run_state.vectors;
         let past = self.run_state.has_solved.then(|| [vectors.before(), vectors.e()]);
-        predictor::continues(z.len(), past, e, FORESEEN)
-            && (z.is_empty() || self.run_state.predictor.foresees(z, FORESEEN))
+        predictor::continues(z.len(), past, e, NEAR_PREDICTION)
+            && (z.is_empty() || self.run_state.predictor.is_near_prediction(z, NEAR_PREDICTION))
     }
 
     /// Examines the solved step, and the one before if it was not, because the solution differs from its

@@ -16,14 +16,14 @@ pub enum HaltReason {
     /// There is no past for a prediction, or the second difference is given.
     Start,
     /// Three iterations of Newton's have not converged, or a row's factor vanishes at their root.
-    Unsettled,
+    NotConverged,
     /// The determinant of the Jacobian has become small, or large, or has passed zero: the equations may be
     /// singular during the step.
-    Varies,
+    DeterminantChanges,
     /// The determinant of the Jacobian departs from its extrapolation: the root may belong to another motion.
     Departs,
     /// The rows are so nonlinear on the way to the root that another root may be near.
-    Bends,
+    Nonlinear,
     /// The next node that belongs to the root is not finite.
     NotFinite,
     /// The solution differs from its prediction, and a force or a row may jump: the step may be too long for

@@ -3,7 +3,7 @@
 use crate::solve::Square;
 use crate::solve::rotation::{self, SLOTS};
 use crate::tape::declaration::Declaration;
-use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment};
+use crate::tape::{Differential, Eight, Input, Leaf, Part, Segment, Workspace};
 
 /// The results of some segments at a point, and their derivatives by every leaf, exact to rounding.
 ///
@@ -71,7 +71,7 @@ impl Slopes {
         constants: &Self,
     ) -> Self {
         let source = declaration.source();
-        let mut room = Room::default();
+        let mut room = Workspace::default();
         differential.evaluate(source, &mut room, 1, &mut |input| {
             Eight::splat(match input {
                 Input::Leaf(leaf) => value(leaf),

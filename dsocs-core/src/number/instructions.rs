@@ -90,7 +90,7 @@ pub(crate) trait Chosen: Register {
 
     /// Calls `work` with a workspace of `length` lanes. Sparse elimination needs it; it uses the registers
     /// for which the program was compiled.
-    fn with_room<T>(length: usize, work: impl FnOnce(&mut [Lanes<Self>]) -> T) -> T {
+    fn with_workspace<T>(length: usize, work: impl FnOnce(&mut [Lanes<Self>]) -> T) -> T {
         work(&mut vec![Lanes::splat(0.0); length])
     }
 }
@@ -107,7 +107,7 @@ impl Chosen for wide::f64x8 {
         work.run()
     }
 
-    fn with_room<T>(length: usize, work: impl FnOnce(&mut [Lanes]) -> T) -> T {
+    fn with_workspace<T>(length: usize, work: impl FnOnce(&mut [Lanes]) -> T) -> T {
         thread_local! {
             static ROOM: Cell<Vec<Lanes>> = const { Cell::new(Vec::new()) };
         }

@@ -139,7 +139,7 @@ fn short(value: f64) -> String {
 #[cold]
 pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
     let origin = declaration.origin_of_point(point, &|leaf| named(declaration, leaf))?;
-    Some(told(declaration, origin, false))
+    Some(description(declaration, origin, false))
 }
 
 /// The expression in the equations of the continuous system at a point that has a value and no derivative,
@@ -150,7 +150,7 @@ pub(crate) fn without_derivative(
     point: AnyPoint<'_, f64>,
 ) -> Option<Undefined> {
     let origin = declaration.without_derivative(point, &|leaf| named(declaration, leaf))?;
-    Some(told(declaration, origin, true))
+    Some(description(declaration, origin, true))
 }
 
 /// The exponential in the equations of the continuous system at a point whose derivatives of high order
@@ -158,7 +158,7 @@ pub(crate) fn without_derivative(
 #[cold]
 pub(crate) fn overflowing(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
     let origin = declaration.large(point, LARGE, &|leaf| named(declaration, leaf))?;
-    Some(told(declaration, origin, false))
+    Some(description(declaration, origin, false))
 }
 
 /// The name of a quantity in a declaration.
@@ -186,7 +186,7 @@ fn named(declaration: &Declaration<'_>, leaf: Leaf) -> String {
 }
 
 /// The description of an expression.
-fn told(declaration: &Declaration<'_>, origin: Origin, without_derivative: bool) -> Undefined {
+fn description(declaration: &Declaration<'_>, origin: Origin, without_derivative: bool) -> Undefined {
     let contains = |of: fn(&Leaf) -> bool| origin.leaves.iter().any(|(leaf, _)| of(leaf));
     Undefined {
         without_derivative,

@@ -179,10 +179,15 @@ pub trait Run {
     /// # Errors
     ///
     /// The errors of [`Run::step`] and of the visitor.
-    fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<StepEnd, RunError> {
+    fn trace(
+        &mut self,
+        end: f64,
+        room: &mut Workspace,
+        visit: &mut AnyVisitor<'_>,
+    ) -> Result<StepEnd, RunError> {
         let [before, after] = &mut room.nodes;
         before.fit(self);
-        self.write_departure(before.room());
+        self.write_departure(before.as_node_mut());
         self.step(end)?;
         after.take(self);
         let declaration = Declaration::of(self.kernel()).with(self.values());
@@ -214,14 +219,14 @@ pub trait Run {
 
 /// The workspace of [`Run::trace`] for polynomials, made once for many steps.
 #[derive(Clone, Debug)]
-pub struct Room {
+pub struct Workspace {
     /// The nodes before and after a step.
     nodes: [OwnedNode; 2],
     /// The polynomial between them.
     series: Series,
 }
 
-impl Room {
+impl Workspace {
     /// An empty workspace, which is allocated when it is first needed.
     #[must_use]
     pub fn new() -> Self {
@@ -232,7 +237,7 @@ impl Room {
     }
 }
 
-impl Default for Room {
+impl Default for Workspace {
     fn default() -> Self {
         Self::new()
     }
@@ -250,7 +255,7 @@ impl OwnedNode {
     /// Takes the current node of a run. Nothing is allocated if the number of coordinates agrees.
     pub fn take<R: Run + ?Sized>(&mut self, run: &R) {
         self.fit(run);
-        run.write_node(self.room());
+        run.write_node(self.as_node_mut());
     }
 
     /// Allocates for the nodes of a run.

@@ -202,12 +202,12 @@ impl OwnedNode {
     #[must_use]
     pub fn of(node: &AnyNode<'_>) -> Self {
         let mut owned = Self::new(node.q.len());
-        owned.room().write(node);
+        owned.as_node_mut().write(node);
         owned
     }
 
     /// The place into which a run writes its current node.
-    pub fn room(&mut self) -> NodeMut<'_> {
+    pub fn as_node_mut(&mut self) -> NodeMut<'_> {
         NodeMut {
             vectors: &mut self.vectors,
             scalars: &mut self.scalars,

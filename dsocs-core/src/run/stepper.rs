@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 
 use super::{
     AnyObserver, AnyOccurrence, AnyPolynomial, Clock, Events, Failure, Node, Observer, Occurrence,
-    Polynomial, Room, Run, RunError, StepEnd, Trajectory,
+    Polynomial, Run, RunError, StepEnd, Trajectory, Workspace,
 };
 use crate::kernel::report::StepReport;
 use crate::number::point::Point;
@@ -139,7 +139,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<StepEnd, RunError> {
         let mut visit =
             |_: &Declaration<'_>, polynomial: &AnyPolynomial<'_>| visit(&Polynomial::of(*polynomial));
-        self.run_mut().trace(end, &mut Room::new(), &mut visit)
+        self.run_mut().trace(end, &mut Workspace::new(), &mut visit)
     }
 
     /// Makes exactly one step. [`Stepper::node`] then gives the node at its end, which counts as handed out.

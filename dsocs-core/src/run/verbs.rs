@@ -3,7 +3,8 @@
 use core::ops::ControlFlow;
 
 use super::{
-    AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Clock, OwnedNode, Room, Run, RunError, TimeBehind, inputs,
+    AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Clock, OwnedNode, Run, RunError, TimeBehind, Workspace,
+    inputs,
 };
 use crate::kernel::report::StepReport;
 use crate::number::point::{AnyPoint, OwnedPoint};
@@ -95,7 +96,7 @@ impl dyn Run + '_ {
         if resumed.is_some() {
             return Ok(resumed);
         }
-        let mut room = Room::new();
+        let mut room = Workspace::new();
         loop {
             if !self.clock().is_handed_out() {
                 self.clock_mut().hand_out(true);
@@ -248,7 +249,10 @@ fn sample(
     };
     run.clock_mut().hand_out(true);
     let (now, forward) = (run.clock().time(), run.clock().is_forward());
-    let (mut room, mut point) = (Room::new(), OwnedPoint::zero(run.kernel().shape().dimension()));
+    let (mut room, mut point) = (
+        Workspace::new(),
+        OwnedPoint::zero(run.kernel().shape().dimension()),
+    );
     if times.first() == Some(&now) {
         let mut node = OwnedNode::new(0);
         node.take(run);

@@ -19,7 +19,7 @@ const MOST_NEARS: u8 = 8;
 
 /// The series of the base is accurate enough if its last terms are below this part of the rise that is
 /// searched.
-const TOLD: f64 = 0.1;
+const ACCURATE: f64 = 0.1;
 
 /// A power, watched by its base.
 #[derive(Clone, Copy, Debug)]
@@ -125,7 +125,7 @@ impl Power {
         loop {
             let all = terms(known, h * part);
             let terms = &all[..known.len()];
-            let (tail, allowed) = (tail(terms), TOLD * (1.0 - self.part) * size(terms));
+            let (tail, allowed) = (tail(terms), ACCURATE * (1.0 - self.part) * size(terms));
             // with two or three terms the missing ones cannot be estimated
             let is_known = known.len() < 4 || tail <= allowed || tail.is_nan();
             if is_known || part <= f64::EPSILON {

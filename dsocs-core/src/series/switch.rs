@@ -33,7 +33,7 @@ const SHORTEST: f64 = 0.05;
 const FARTHER: f64 = 8.0;
 
 /// Least number of terms that are kept before later ones may count as rounding.
-const LEAST_TOLD: usize = 6;
+const LEAST_SIGNIFICANT: usize = 6;
 
 /// A series that begins farther than this outside the range where a smooth step is visible shows nothing of
 /// it.
@@ -391,14 +391,14 @@ impl Switch {
 
     /// The number of significant terms. Near a corner the value of a bounded function loses digits, the more
     /// the higher the order: beyond its smallest term its series is rounding.
-    fn told(&self, terms: &[f64], limits: &Limits) -> usize {
-        if !matches!(self.kind, Kind::Bounded(_)) || terms.len() < LEAST_TOLD {
+    fn significant(&self, terms: &[f64], limits: &Limits) -> usize {
+        if !matches!(self.kind, Kind::Bounded(_)) || terms.len() < LEAST_SIGNIFICANT {
             return terms.len();
         }
         // in an even function every other term is zero
         let pairs = terms.windows(2).map(|pair| pair[0].abs().max(pair[1].abs()));
-        let sizes = pairs.enumerate().skip(LEAST_TOLD - 2);
-        let first = terms.iter().take(LEAST_TOLD);
+        let sizes = pairs.enumerate().skip(LEAST_SIGNIFICANT - 2);
+        let first = terms.iter().take(LEAST_SIGNIFICANT);
         let largest = first.fold(0.0_f64, |largest, term| largest.max(term.abs()));
         let (place, least) = sizes.fold(
             (0, f64::INFINITY),
@@ -437,8 +437,8 @@ impl Switch {
                 }
             }
             self.scale = sum;
-            let told = self.told(&terms[..=last - from], limits);
-            let terms = &mut terms[..told];
+            let significant = self.significant(&terms[..=last - from], limits);
+            let terms = &mut terms[..significant];
             self.leaves = if from == 0 {
                 0.0
             } else {
@@ -470,7 +470,7 @@ impl Switch {
                 rest < 0.9 * first
             };
             if !free {
-                let tail = if told == last - from + 1 && last + 2 >= known.len() && last >= from + 2 {
+                let tail = if significant == last - from + 1 && last + 2 >= known.len() && last >= from + 2 {
                     tail(terms)
                 } else {
                     0.0

@@ -148,7 +148,7 @@ impl Determinants {
     /// has changed its sign.
     #[inline]
     #[expect(clippy::manual_range_contains, reason = "a number that is none asks nothing")]
-    pub fn asks(&self, determinant: Determinant) -> bool {
+    pub fn is_to_be_examined(&self, determinant: Determinant) -> bool {
         let part = determinant.in_units_of(self.unit) * self.inverse;
         // false also where there is no past
         part < FALLEN || part > RISEN
@@ -297,7 +297,7 @@ pub(crate) fn extrapolate_one<T: Scalar>(last: T, differences: &[T; ORDER]) -> T
 
 /// Whether a solution is near its prediction, each unknown within a part of itself.
 #[inline]
-pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
+pub(crate) fn is_near_prediction(guess: &[f64], z: &[f64], part: f64) -> bool {
     // false for a NaN
     z.iter()
         .zip(guess)
@@ -565,9 +565,9 @@ impl Predictor {
     }
 
     /// Whether a solution is near its prediction, each unknown within a part of itself.
-    pub fn foresees(&self, z: &[f64], part: f64) -> bool {
+    pub fn is_near_prediction(&self, z: &[f64], part: f64) -> bool {
         let differences = [1, 2, 3, 4, 5].map(|place| self.vector(place));
-        foresees(&extrapolate(&Vector::of(self.vector(0)), differences), z, part)
+        is_near_prediction(&extrapolate(&Vector::of(self.vector(0)), differences), z, part)
     }
 }
 
@@ -710,12 +710,12 @@ mod tests {
     #[test]
     fn what_is_foreseen_is_near_the_prediction() {
         let mut predictor = Predictor::new(2);
-        assert!(!predictor.foresees(&[1.0, 1.0], 0.1));
+        assert!(!predictor.is_near_prediction(&[1.0, 1.0], 0.1));
         for _ in 0..6 {
             predictor.push(&[1.0, 2.0]);
         }
-        assert!(predictor.foresees(&[1.05, 2.1], 0.1));
-        assert!(!predictor.foresees(&[1.05, 2.4], 0.1));
-        assert!(!predictor.foresees(&[f64::NAN, 2.0], 0.1));
+        assert!(predictor.is_near_prediction(&[1.05, 2.1], 0.1));
+        assert!(!predictor.is_near_prediction(&[1.05, 2.4], 0.1));
+        assert!(!predictor.is_near_prediction(&[f64::NAN, 2.0], 0.1));
     }
 }

@@ -139,7 +139,7 @@ impl Sparse {
         pivot: impl FnMut(T),
     ) -> Update<U> {
         let plan = self.plan();
-        T::with_room(self.entries.len() + plan.count, |room| {
+        T::with_workspace(self.entries.len() + plan.count, |room| {
             let (entries, factors) = room.split_at_mut(self.entries.len());
             let rows = evaluate(entries);
             let solution = plan.solve(entries, factors, &rows, pivot);
@@ -381,12 +381,12 @@ impl Product {
 /// Numbers for which every thread keeps the workspace of an elimination.
 pub(crate) trait ThreadWorkspace: Scalar {
     /// Calls `work` with a workspace of `length` numbers.
-    fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R;
+    fn with_workspace<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R;
 }
 
 impl ThreadWorkspace for f64 {
     #[inline]
-    fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R {
+    fn with_workspace<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R {
         thread_local! {
             static ROOM: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
         }
@@ -403,8 +403,8 @@ impl ThreadWorkspace for f64 {
 
 impl<R: Chosen> ThreadWorkspace for Lanes<R> {
     #[inline]
-    fn with_room<T>(length: usize, work: impl FnOnce(&mut [Self]) -> T) -> T {
-        R::with_room(length, work)
+    fn with_workspace<T>(length: usize, work: impl FnOnce(&mut [Self]) -> T) -> T {
+        R::with_workspace(length, work)
     }
 }
 

@@ -235,7 +235,7 @@ impl StepPath<'_> {
     pub(crate) fn jump_at(&self, Crossing { switch, parts }: Crossing) -> f64 {
         let jump = self.jump_between(switch, parts);
         if jump.is_finite() {
-            return if jump <= jumps::TOLD {
+            return if jump <= jumps::REPORTED {
                 self.near_jump(parts)
             } else {
                 jump
@@ -272,7 +272,7 @@ impl StepPath<'_> {
         let sizes = [&first, &left, &here, &right, &last].map(|at| largest(&at.a));
         let size = sizes.into_iter().fold(0.0, f64::max);
         // a jump too small to lower the order
-        if largest(&here.a.zip(&there.a, |here, there| there - here)) > jumps::TOLD * size {
+        if largest(&here.a.zip(&there.a, |here, there| there - here)) > jumps::REPORTED * size {
             return 0.0;
         }
         let across = left.a.zip(&right.a, |left, right| right - left);
@@ -445,7 +445,7 @@ fn differ([left, before, after, right]: [Vec<f64>; 4], terms: &[f64]) -> bool {
         // a derivative may be a quotient that has no value right beside the place, as that of acos at 1
         if !(before[i].is_finite() && after[i].is_finite()) {
             let size = left[i].abs().max(right[i].abs());
-            return !size.is_finite() || (right[i] - left[i]).abs() > jumps::TOLD * size;
+            return !size.is_finite() || (right[i] - left[i]).abs() > jumps::REPORTED * size;
         }
         let terms = terms.get(i).copied().unwrap_or(0.0);
         let size = all.iter().fold(terms, |size, x| size.max(x.abs()));

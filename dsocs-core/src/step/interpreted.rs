@@ -10,7 +10,7 @@ use dsocs_jit::JitError;
 use thiserror::Error;
 
 use super::arrays;
-use super::slices::{self, PooledVector, Room, SliceSystem, StepWorkspace};
+use super::slices::{self, PooledVector, SliceSystem, StepWorkspace, Workspace};
 use crate::kernel::halt::Halt;
 use crate::kernel::report::NodeMut;
 use crate::kernel::run_state::RunState;
@@ -500,7 +500,7 @@ impl TapeKernel {
     fn in_room<R>(&self, work: impl FnOnce(&mut [f64], &mut StepWorkspace) -> R) -> R {
         // an evaluation inside `work`, or at the end of the thread, finds an empty workspace
         let mut room = ROOM.try_with(Cell::take).unwrap_or_default();
-        let Room { numbers, workspace } = &mut room;
+        let Workspace { numbers, workspace } = &mut room;
         let result = work(self.programs.layout.prepare(numbers), workspace);
         // at the end of the thread there is no place to keep it
         let _ = ROOM.try_with(|kept| kept.set(room));
@@ -571,7 +571,7 @@ impl TapeKernel {
 
 thread_local! {
     /// The workspace of kernels on this thread; kept, so that a step allocates nothing.
-    static ROOM: Cell<Room> = const { Cell::new(Room::EMPTY) };
+    static ROOM: Cell<Workspace> = const { Cell::new(Workspace::EMPTY) };
 }
 
 /// Copies values into the numbers; missing ones are NaN.

@@ -30,7 +30,7 @@ const LEFT: f64 = 0.004;
 pub(crate) const UNRESOLVED: f64 = 0.1;
 
 /// A jump of the acceleration larger than this part of itself is reported.
-pub(crate) const TOLD: f64 = 1e-3;
+pub(crate) const REPORTED: f64 = 1e-3;
 
 /// The places of a path, from 0 to 1.
 pub(crate) fn places() -> impl Iterator<Item = f64> {

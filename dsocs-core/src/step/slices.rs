@@ -7,7 +7,7 @@ use core::cell::Cell;
 use std::mem;
 
 use super::pair;
-use super::smooth::{AS_BEFORE, FORESEEN};
+use super::smooth::{AS_BEFORE, NEAR_PREDICTION};
 use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
 use crate::kernel::halt::{Halt, HaltReason};
 use crate::kernel::run_state::{RunState, past_is_short};
@@ -16,7 +16,7 @@ use crate::number::point::AnyLeg;
 use crate::solve::elimination::slices;
 use crate::solve::is_finite;
 use crate::solve::newton::{self, Components, Evaluation, Iterate, Quick, Root};
-use crate::solve::predictor::{Continuation, Predictor, continues, foresees};
+use crate::solve::predictor::{Continuation, Predictor, continues, is_near_prediction};
 use crate::solve::rotation;
 use crate::solve::sparse::{Product, Sparse, Update};
 use crate::tape::{ProgramMemory, Shape};
@@ -125,7 +125,7 @@ impl AsMut<[f64]> for PooledVector {
 }
 
 /// The workspace of steps with the numbers of the system.
-pub(crate) struct Room {
+pub(crate) struct Workspace {
     /// The numbers of the system.
     pub numbers: ProgramMemory,
     /// The rest of it.
@@ -140,7 +140,7 @@ pub(crate) struct StepWorkspace {
     next: Vec<f64>,
 }
 
-impl Room {
+impl Workspace {
     /// An empty workspace.
     pub const EMPTY: Self = Self {
         numbers: ProgramMemory::EMPTY,
@@ -151,7 +151,7 @@ impl Room {
     };
 }
 
-impl Default for Room {
+impl Default for Workspace {
     fn default() -> Self {
         Self::EMPTY
     }
@@ -326,13 +326,13 @@ fn solve<K: SliceSystem, Z: Unknowns>(
         scales: Cell::new(None),
     };
     let Ok(root) = newton::quick(&rows, guess.clone(), &size, max_iterations) else {
-        return Err(HaltReason::Unsettled);
+        return Err(HaltReason::NotConverged);
     };
     let watched = rows.are_watched();
     let scales = rows.scales.take();
     let determinants = &mut predictor.determinants;
-    if !guess.as_ref().is_empty() && determinants.asks(root.determinant) {
-        return Err(HaltReason::Varies);
+    if !guess.as_ref().is_empty() && determinants.is_to_be_examined(root.determinant) {
+        return Err(HaltReason::DeterminantChanges);
     }
     if watched {
         let fits =
@@ -341,7 +341,7 @@ fn solve<K: SliceSystem, Z: Unknowns>(
             return Err(HaltReason::Departs);
         }
         if pair::is_ambiguous(&root, past_is_short) {
-            return Err(HaltReason::Bends);
+            return Err(HaltReason::Nonlinear);
         }
     }
     Ok(Solved { guess, root, scales })
@@ -420,7 +420,8 @@ pub(crate) fn smooth<K: SliceSystem, Z: Unknowns>(
         }
         if may_switch || shape.jumps {
             let past = run_state.has_solved.then_some([&before[..], &e[..]]);
-            let foreseen = continues(m, past, found, FORESEEN) && foresees(guess.as_ref(), z, FORESEEN);
+            let foreseen = continues(m, past, found, NEAR_PREDICTION)
+                && is_near_prediction(guess.as_ref(), z, NEAR_PREDICTION);
             if may_switch && !foreseen {
                 return Halt::NotSmooth(HaltReason::Unforeseen);
             }

@@ -23,7 +23,7 @@ use crate::system::System;
 
 /// Only steps that differ from their prediction by more than this, relative to the second difference, are
 /// examined: a force that changes as predicted has not jumped.
-pub(crate) const FORESEEN: f64 = 0.1;
+pub(crate) const NEAR_PREDICTION: f64 = 0.1;
 
 /// A row's factor may change by this part of itself from one step to the next; if it changes by more, it is
 /// also compared with its value beside the root.
@@ -159,10 +159,10 @@ impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
             natural.raise(size.as_mut(), past.size.as_ref());
         }
         let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
-            return Err(HaltReason::Unsettled);
+            return Err(HaltReason::NotConverged);
         };
-        if !guess.as_ref().is_empty() && past.determinants.asks(root.determinant) {
-            return Err(HaltReason::Varies);
+        if !guess.as_ref().is_empty() && past.determinants.is_to_be_examined(root.determinant) {
+            return Err(HaltReason::DeterminantChanges);
         }
         if self.are_watched() {
             let fits = !root.determinant.value.is_nan()
@@ -171,7 +171,7 @@ impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
                 return Err(HaltReason::Departs);
             }
             if pair::is_ambiguous(&root, self.past_is_short) {
-                return Err(HaltReason::Bends);
+                return Err(HaltReason::Nonlinear);
             }
         }
         let e = self.system.difference(self.constants, &self.known, &root.z);
@@ -295,8 +295,8 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
         }
         if may_switch || system.may_jump() {
             let past = run_state.has_solved.then_some([&vectors.before[..], &e[..]]);
-            let foreseen = predictor::continues(z.as_ref().len(), past, &found, FORESEEN)
-                && predictor::foresees(solved.guess.as_ref(), z.as_ref(), FORESEEN);
+            let foreseen = predictor::continues(z.as_ref().len(), past, &found, NEAR_PREDICTION)
+                && predictor::is_near_prediction(solved.guess.as_ref(), z.as_ref(), NEAR_PREDICTION);
             if may_switch && !foreseen {
                 break Halt::NotSmooth(HaltReason::Unforeseen);
             }

@@ -96,7 +96,7 @@ pub(crate) struct Sweeps {
 
 /// The workspace of a differential, kept by the caller, so that an evaluation allocates nothing.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Room {
+pub(crate) struct Workspace {
     values: Vec<Eight>,
     slopes: Vec<Eight>,
     moving: Vec<Eight>,
@@ -323,7 +323,7 @@ impl Differential {
     pub(crate) fn evaluate(
         &self,
         source: &dyn Source,
-        room: &mut Room,
+        room: &mut Workspace,
         count: usize,
         value: &mut dyn FnMut(Input) -> Eight,
     ) {
@@ -335,7 +335,7 @@ impl Differential {
     }
 
     /// Allocates the workspace.
-    pub(crate) fn make(&self, room: &mut Room) {
+    pub(crate) fn make(&self, room: &mut Workspace) {
         room.values.resize(self.steps.len(), Eight::ZERO);
         room.moving.resize(self.steps.len(), Eight::ZERO);
         room.slopes.resize(self.slopes, Eight::ZERO);
@@ -343,12 +343,12 @@ impl Differential {
 
     /// Sets an input, by its place among [`Differential::inputs`].
     #[inline]
-    pub(crate) fn set(&self, room: &mut Room, input: usize, value: Eight) {
+    pub(crate) fn set(&self, room: &mut Workspace, input: usize, value: Eight) {
         room.values[self.inputs[input].1 as usize] = value;
     }
 
     /// Evaluates at inputs that were set.
-    pub(crate) fn evaluate_again(&self, source: &dyn Source, room: &mut Room, count: usize) {
+    pub(crate) fn evaluate_again(&self, source: &dyn Source, room: &mut Workspace, count: usize) {
         dispatch::run_wide(Evaluation {
             of: self,
             source,
@@ -381,7 +381,7 @@ impl Differential {
         &self,
         sweeps: &Sweeps,
         source: &dyn Source,
-        room: &mut Room,
+        room: &mut Workspace,
         count: usize,
         entries: &mut [Eight],
     ) {
@@ -398,13 +398,13 @@ impl Differential {
     }
 
     /// An evaluated result.
-    pub(crate) fn result(&self, room: &Room, result: usize) -> Eight {
+    pub(crate) fn result(&self, room: &Workspace, result: usize) -> Eight {
         room.values[self.results[result] as usize]
     }
 
     /// The derivatives of one result by the inputs that it depends on, each with its place among
     /// [`Differential::inputs`].
-    pub(crate) fn back_from(&self, room: &mut Room, result: usize, take: &mut dyn FnMut(usize, Eight)) {
+    pub(crate) fn back_from(&self, room: &mut Workspace, result: usize, take: &mut dyn FnMut(usize, Eight)) {
         room.moving[self.results[result] as usize] = Eight::splat(1.0);
         self.follow(&self.back[result].links, room);
         for &(input, at) in &self.back[result].reached {
@@ -415,7 +415,7 @@ impl Differential {
     /// The derivatives of the weighted sum of all results.
     pub(crate) fn back_from_all(
         &self,
-        room: &mut Room,
+        room: &mut Workspace,
         weight: &dyn Fn(usize) -> Eight,
         take: &mut dyn FnMut(usize, Eight),
     ) {
@@ -435,7 +435,7 @@ impl Differential {
     /// The changes of the results for changes of the inputs.
     pub(crate) fn forward(
         &self,
-        room: &mut Room,
+        room: &mut Workspace,
         change: &mut dyn FnMut(Input) -> Eight,
         take: &mut dyn FnMut(usize, Eight),
     ) {
@@ -452,7 +452,7 @@ impl Differential {
         }
     }
 
-    fn follow(&self, links: &[Link], room: &mut Room) {
+    fn follow(&self, links: &[Link], room: &mut Workspace) {
         if links.is_empty() {
             return;
         }
@@ -480,7 +480,7 @@ fn mark(ops: &[Op], at: usize, needed: &mut [bool]) {
 struct Evaluation<'a> {
     of: &'a Differential,
     source: &'a dyn Source,
-    room: &'a mut Room,
+    room: &'a mut Workspace,
     count: usize,
 }
 
@@ -497,7 +497,7 @@ impl Work for Evaluation<'_> {
 /// Evaluates operations and slopes.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
-fn evaluate(of: &Differential, source: &dyn Source, room: &mut Room, count: usize) {
+fn evaluate(of: &Differential, source: &dyn Source, room: &mut Workspace, count: usize) {
     let (values, slopes) = (&mut room.values[..], &mut room.slopes[..]);
     for (place, step) in of.steps.iter().enumerate() {
         let at = |place: Place| values[place as usize];
@@ -624,7 +624,7 @@ fn call(
 /// The work of [`follow`].
 struct ChainRuleWork<'a> {
     links: &'a [Link],
-    room: &'a mut Room,
+    room: &'a mut Workspace,
     branches: bool,
 }
 
@@ -641,8 +641,8 @@ impl Work for ChainRuleWork<'_> {
 /// Computes the products of the chain rule, in order.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
-fn follow(links: &[Link], room: &mut Room, branches: bool) {
-    let Room {
+fn follow(links: &[Link], room: &mut Workspace, branches: bool) {
+    let Workspace {
         values,
         slopes,
         moving,

@@ -42,12 +42,12 @@ pub trait Number: Scalar {
 
 /// The workspace of a thread's evaluations with one type of number; kept, so that an evaluation allocates
 /// nothing.
-struct Room<T> {
+struct Workspace<T> {
     registers: Vec<T>,
     arguments: Vec<f64>,
 }
 
-impl<T> Default for Room<T> {
+impl<T> Default for Workspace<T> {
     fn default() -> Self {
         Self {
             registers: Vec::new(),
@@ -56,7 +56,7 @@ impl<T> Default for Room<T> {
     }
 }
 
-impl<T: Scalar> Room<T> {
+impl<T: Scalar> Workspace<T> {
     /// Allocates for a program.
     fn fit(&mut self, program: &Program) {
         if self.registers.len() < program.registers {
@@ -70,7 +70,7 @@ macro_rules! numbers {
     ($($number:ty: $changing:expr $(, $polynomial:item)?);* $(;)?) => {
         $(const _: () = {
             thread_local! {
-                static ROOM: Cell<Room<$number>> = Cell::default();
+                static ROOM: Cell<Workspace<$number>> = Cell::default();
             }
 
             impl Number for $number {
@@ -130,7 +130,7 @@ fn walk<T: Number>(
     source: &dyn Source,
     leaf: &dyn Fn(Leaf) -> T,
     result: &mut dyn FnMut(usize, T),
-    room: &mut Room<T>,
+    room: &mut Workspace<T>,
 ) {
     room.fit(program);
     let registers = &mut room.registers[..program.registers];

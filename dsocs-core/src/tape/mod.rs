@@ -59,7 +59,7 @@ use thiserror::Error;
 
 #[cfg(feature = "jit")]
 pub(crate) use code::Tier;
-pub(crate) use differential::{Differential, Input, Room, Sweeps};
+pub(crate) use differential::{Differential, Input, Sweeps, Workspace};
 pub(crate) use eight::Eight;
 pub use evaluate::Number;
 use format::PARTS;

@@ -241,7 +241,7 @@ fn derivatives_go_back_and_forward_as_tangents_do() {
     let tape = &tape(&[(Segment::Energy, body)]);
     for (z, n) in [(0.3, 0.7), (0.9, 1.4), (0.55, 2.0)] {
         let differential = tape.differential(&[(Segment::Energy, Part::All)], &|_| true);
-        let mut room = Room::default();
+        let mut room = Workspace::default();
         let value = |input| match input {
             Input::Leaf(Leaf::Z(_)) => z,
             _ => n,

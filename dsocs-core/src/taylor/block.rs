@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use super::control::{Judged, Sizes, Tolerance};
+use super::control::{Assessment, Sizes, Tolerance};
 use super::ensemble::{SeriesKernels, Varied};
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::grid::Visit;
@@ -276,7 +276,7 @@ impl Lanes<'_> {
         let mut back = 0;
         for (lane, member) in members.iter_mut().enumerate() {
             if let Some(member) = member
-                && !member.judge(lane, self)
+                && !member.assess(lane, self)
             {
                 back |= 1 << lane;
             }
@@ -392,7 +392,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
     }
 
     /// Whether the step was accepted. If so it is committed, else it will be tried again.
-    fn judge(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> bool {
+    fn assess(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> bool {
         let asked = self.first_asked();
         let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         let Trial {
@@ -421,7 +421,8 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             || motion.projection.as_ref().is_some_and(depends);
         let weights = motion.control.weights();
         let order = motion.order.current();
-        let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
+        let Assessment { sizes: known, end } =
+            equations.assess(&motion.next, motion.tried.a(), weights, order);
         let is_good = motion.control.good(sizes, end, size, false);
         let is_hard = is_hard || (is_good && motion.may_pass_zero(end));
         let good = !is_hard && is_good;

@@ -35,7 +35,7 @@ impl Sizes {
 
 /// The assessment of a step by the series at its end.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Judged {
+pub(crate) struct Assessment {
     /// The sizes for the control of the next step.
     pub sizes: Sizes,
     /// The size of the acceleration at the beginning of the new series, and of its difference from that at
@@ -43,7 +43,7 @@ pub(crate) struct Judged {
     pub end: [f64; 2],
 }
 
-impl Judged {
+impl Assessment {
     /// Without a series.
     pub(super) const NONE: Self = Self {
         sizes: Sizes {

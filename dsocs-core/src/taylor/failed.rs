@@ -14,7 +14,7 @@ const STALLED: f64 = 1e-9;
 
 /// A trial step has met a jump of the acceleration (it is *torn*) if the acceleration at its end differs from that of its series by this part
 /// of itself. After [`BACK_AND_FORTH`] such steps, each shorter than its series allows, the motion oscillates about the place of the jump.
-const TORN: f64 = 0.5;
+const MISSED: f64 = 0.5;
 pub(super) const BACK_AND_FORTH: u32 = 16;
 
 impl Integrator {
@@ -31,7 +31,7 @@ impl Integrator {
         if tries == 0 {
             // a jump that is passed once, as that of a user's function, is soon no longer counted
             self.torn.0 = self.torn.0.saturating_sub(1);
-        } else if defect >= TORN * acceleration
+        } else if defect >= MISSED * acceleration
             && !self.is_rounding(equations, (defect, size), tries.max(rounding::TRIES))
         {
             if self.torn.0 == 0 {

@@ -15,7 +15,7 @@ use crate::kernel::clock::{Clock, End};
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::number::dispatch;
 use crate::number::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, OwnedNode, Room, Run, RunError, StepEnd};
+use crate::run::{AnyPolynomial, AnyVisitor, OwnedNode, Run, RunError, StepEnd, Workspace};
 
 /// Number of points that are computed before they are handed out: a multiple of all groups of registers.
 const BUFFER: usize = 8 * REGISTERS;
@@ -64,7 +64,12 @@ impl Run for AnyTaylorFlow<'_> {
         Ok(())
     }
 
-    fn trace(&mut self, end: f64, _: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<StepEnd, RunError> {
+    fn trace(
+        &mut self,
+        end: f64,
+        _: &mut Workspace,
+        visit: &mut AnyVisitor<'_>,
+    ) -> Result<StepEnd, RunError> {
         self.motion.expansions = 0;
         if self.motion.on_grid.is_some() {
             return self.trace_on_grid(end, visit);

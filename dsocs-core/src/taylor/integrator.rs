@@ -3,7 +3,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use super::control::{Control, Judged, NOTHING, Sizes, Tolerance};
+use super::control::{Assessment, Control, NOTHING, Sizes, Tolerance};
 use super::corner;
 use super::failed::BACK_AND_FORTH;
 use super::order::Order;
@@ -447,7 +447,7 @@ impl Integrator {
             } else {
                 self.t.hi[0] + judged_at
             };
-            let Judged {
+            let Assessment {
                 sizes: mut known,
                 mut end,
             } = self.arrive(equations, judged_at, t);

@@ -87,6 +87,7 @@ mod estimate;
 mod failed;
 mod flow;
 mod grid;
+mod held_path;
 mod inputs;
 mod integrator;
 mod interpreted;
@@ -111,7 +112,6 @@ mod sticking;
 mod tangents;
 mod trial;
 mod watch;
-mod way;
 mod weights;
 
 pub use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use super::control::{self, Judged, Sizes};
+use super::control::{self, Assessment, Sizes};
 use super::state::State;
 use crate::kernel::Kernel;
 use crate::kernel::jets::Jets;
@@ -44,19 +44,19 @@ pub(crate) trait SeriesKernel: Send {
     }
 
     /// Assesses a step by the series at its end; `a` is the acceleration at the end of the old series.
-    fn judge(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Judged {
+    fn assess(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Assessment {
         let own = series.velocity_of(1);
-        Judged {
+        Assessment {
             sizes: Sizes::of(series, weights, p),
             end: [control::size(own, weights), control::distance(own, a, weights)],
         }
     }
 
     /// A whole step: evaluates its series at its end, expands the next one there, and assesses the step.
-    fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Judged {
+    fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Assessment {
         self.along(step.series, step.h, step.from, step.to);
         self.begin(next, step.t, step.to);
-        self.judge(next, step.to.a(), step.weights, step.p)
+        self.assess(next, step.to.a(), step.weights, step.p)
     }
 
     /// The number of switches: those of the declaration, then one for each group of the user's functions.
@@ -162,7 +162,7 @@ impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
     /// Expands a series, after a step if there is one. All expansions call this one function, so that the
     /// recurrences are compiled once for each kind of machine.
     #[inline(never)]
-    fn expand_at(&mut self, next: &mut Series, step: Option<Along<'_>>) -> Judged {
+    fn expand_at(&mut self, next: &mut Series, step: Option<Along<'_>>) -> Assessment {
         let expansion = Expansion {
             recurrences: self,
             next,
@@ -205,18 +205,18 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
         dispatch::run_as(self.rounded, moves);
     }
 
-    fn judge(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Judged {
+    fn assess(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Assessment {
         match (
             series.velocity_table::<N>(),
             a.first_chunk(),
             weights.first_chunk(),
         ) {
-            (Some(v), Some(a), Some(weights)) => Judged::of(v, series.order(), a, (weights, p)),
-            _ => Judged::NONE,
+            (Some(v), Some(a), Some(weights)) => Assessment::of(v, series.order(), a, (weights, p)),
+            _ => Assessment::NONE,
         }
     }
 
-    fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Judged {
+    fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Assessment {
         self.expand_at(next, Some(step))
     }
 
@@ -301,10 +301,10 @@ struct Expansion<'a, 's, 'c, S: System<N>, const N: usize> {
 }
 
 impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
-    type Output = Judged;
+    type Output = Assessment;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Judged {
+    fn run<const FUSED: bool>(self) -> Assessment {
         let Recurrences {
             system, fixed, table, ..
         } = self.recurrences;
@@ -312,7 +312,7 @@ impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
             self.next.set_time(step.t);
         }
         let Some(next) = &mut self.next.rows() else {
-            return Judged::NONE; // never: the lengths agree
+            return Assessment::NONE; // never: the lengths agree
         };
         let mut judges = None;
         if let Some(Along {
@@ -339,8 +339,8 @@ impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
         }
         system.expand::<f64, FUSED>(fixed, next, table);
         match &judges {
-            Some((a, by)) => Judged::of(next.velocities(), next.order(), a, *by),
-            None => Judged::NONE,
+            Some((a, by)) => Assessment::of(next.velocities(), next.order(), a, *by),
+            None => Assessment::NONE,
         }
     }
 }

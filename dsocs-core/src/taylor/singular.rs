@@ -44,7 +44,7 @@ const MEETS: f64 = 1e-6;
 
 /// Where a step has passed a pole of the acceleration, the acceleration at its end differs from that of its
 /// series by this part of itself or more.
-const TORN: f64 = 0.5;
+const MISSED: f64 = 0.5;
 
 /// A place that a step leads past.
 pub(super) enum Past {
@@ -77,7 +77,7 @@ impl Integrator {
     /// tolerance such a step may be short enough to be accepted.
     #[inline(always)]
     pub(super) fn may_pass_zero(&self, [acceleration, defect]: [f64; 2]) -> bool {
-        defect >= TORN * acceleration && defect > 0.0 || self.changes_sign()
+        defect >= MISSED * acceleration && defect > 0.0 || self.changes_sign()
     }
 
     /// The time in which the position changes, on the way of a step of the length `h`, by so many roundings that the determinant is more

@@ -11,11 +11,11 @@
 //! zero, or where a piecewise function changes its piece. Then the inclusion of [`AtPoint::solve`] determines
 //! which arguments rest from there on. If none does, the recurrences continue.
 
+use super::held_path::{COUNT, DEGREE, HeldPath, coefficients, place};
 use super::integrator::{Integrator, Outcome};
 use super::pieces::{Known, Pieces, first};
 use super::recurrences::SeriesKernel;
 use super::watch::AT_ONCE;
-use super::way::{COUNT, DEGREE, Way, coefficients, place};
 use crate::number::compensated::Compensated;
 use crate::number::larger;
 use crate::number::point::AnyPoint;
@@ -194,11 +194,11 @@ impl Integrator {
     }
 
     /// The motion over a time `h` at rest; `None` if the iteration does not converge.
-    fn way(&self, equations: &dyn SeriesKernel, sticking: &Sticking, h: f64) -> Option<Way> {
+    fn way(&self, equations: &dyn SeriesKernel, sticking: &Sticking, h: f64) -> Option<HeldPath> {
         let (declaration, t) = (equations.declaration(), self.t.hi[0]);
         let (q, v) = (self.now.q(), self.now.v());
         let n = q.len();
-        let mut way = Way {
+        let mut way = HeldPath {
             h,
             accelerations: (0..n)
                 .map(|i| {
@@ -281,7 +281,7 @@ impl Integrator {
         &self,
         equations: &dyn SeriesKernel,
         sticking: &mut Sticking,
-        way: &Way,
+        way: &HeldPath,
     ) -> Option<(f64, Event)> {
         let (declaration, t) = (equations.declaration(), self.t.hi[0]);
         let (q, v) = (self.now.q(), self.now.v());
@@ -345,7 +345,7 @@ impl Integrator {
         &self,
         equations: &dyn SeriesKernel,
         sticking: &Sticking,
-        way: &Way,
+        way: &HeldPath,
         until: f64,
     ) -> Option<f64> {
         let declaration = equations.declaration();
@@ -475,7 +475,7 @@ impl Integrator {
     }
 
     /// Commits a part of a path, which becomes the last step.
-    fn take(&mut self, equations: &mut dyn SeriesKernel, way: &Way, part: f64) {
+    fn take(&mut self, equations: &mut dyn SeriesKernel, way: &HeldPath, part: f64) {
         let (t, h, n) = (self.t.hi[0], part * way.h, self.next.dimension());
         let (q, v) = (self.now.q().to_vec(), self.now.v().to_vec());
         self.series.set_order(COUNT);

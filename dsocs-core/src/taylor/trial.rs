@@ -1,6 +1,6 @@
 //! Trial steps, and their repetition.
 
-use super::control::{Judged, Sizes};
+use super::control::{Assessment, Sizes};
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use super::watch::End;
@@ -81,7 +81,7 @@ impl Integrator {
         h: f64,
         t: f64,
     ) -> bool {
-        let Judged { end, .. } = self.arrive(equations, WITHIN * h, self.t.hi[0] + WITHIN * h);
+        let Assessment { end, .. } = self.arrive(equations, WITHIN * h, self.t.hi[0] + WITHIN * h);
         self.arrive(equations, h, t);
         self.control.good(sizes, end, h.abs(), true)
     }

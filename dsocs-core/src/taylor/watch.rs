@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use super::control::Judged;
+use super::control::Assessment;
 use super::integrator::Integrator;
 use super::recurrences::{Along, SeriesKernel};
 use super::sticking::Sticking;
@@ -162,7 +162,7 @@ impl End {
 impl Integrator {
     /// Evaluates the series a time `h` later, and begins the next series there.
     #[inline]
-    pub(super) fn arrive(&mut self, equations: &mut dyn SeriesKernel, h: f64, t: f64) -> Judged {
+    pub(super) fn arrive(&mut self, equations: &mut dyn SeriesKernel, h: f64, t: f64) -> Assessment {
         let end = self.side(t, false);
         let (weights, p) = (self.control.weights(), self.order.current());
         let Some(projection) = &mut self.projection else {
@@ -180,7 +180,7 @@ impl Integrator {
         equations.along(&self.series, h, &self.now, &mut self.tried);
         projection.apply(equations, t, &mut self.tried);
         equations.begin(&mut self.next, end, &self.tried);
-        equations.judge(&self.next, self.tried.a(), weights, p)
+        equations.assess(&self.next, self.tried.a(), weights, p)
     }
 
     /// Whether an argument is beyond zero at the end of the trial step.

@@ -6,7 +6,7 @@
 //! thousand times the tolerance. A velocity that is only rounding, as that of a coordinate at rest by
 //! symmetry, has no weight.
 
-use super::control::{Control, Judged, Sizes};
+use super::control::{Assessment, Control, Sizes};
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use crate::number::larger;
@@ -213,7 +213,7 @@ impl Integrator {
     /// beginning of the step and the assessment at its end with the new weights.
     #[cold]
     #[inline(never)]
-    pub(super) fn weigh_at_end(&mut self, equations: &dyn SeriesKernel, h: f64) -> (Sizes, Judged) {
+    pub(super) fn weigh_at_end(&mut self, equations: &dyn SeriesKernel, h: f64) -> (Sizes, Assessment) {
         let Self {
             weights,
             control,
@@ -240,7 +240,7 @@ impl Integrator {
         let (weights, p) = (control.weights(), order.current());
         (
             Sizes::of(series, weights, p),
-            equations.judge(next, tried.a(), weights, p),
+            equations.assess(next, tried.a(), weights, p),
         )
     }
 }

@@ -9,7 +9,7 @@ use dsocs_core::{AnyEvent, AnyEvents, AnyObserver, AnyOccurrence, AnyPoint, Decl
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::error::{guarded, of_run, plain, with_room};
+use crate::error::{guarded, of_run, plain, with_workspace};
 use crate::motion::CHECK_INTERVAL;
 use crate::run::{PyRun, State};
 
@@ -41,7 +41,7 @@ pub fn sample<'py>(
     run.with(|state| {
         let n = state.motion.dimension();
         let observables = state.motion.system().shape().observables.len();
-        let room = |width: usize| with_room(times.len().checked_mul(width), "times");
+        let room = |width: usize| with_workspace(times.len().checked_mul(width), "times");
         let mut vectors = [room(n)?, room(n)?, room(n)?];
         let mut observed = room(observables)?;
         let (mut now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));

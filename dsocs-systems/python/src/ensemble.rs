@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::beginning::{BeginningParts, method};
-use crate::error::{guarded, of_run, of_setup, plain, with_room};
+use crate::error::{guarded, of_run, of_setup, plain, with_workspace};
 use crate::many::{End, ManyRuns};
 use crate::text::PyText;
 
@@ -198,7 +198,7 @@ struct Arrays {
 impl Arrays {
     /// Arrays with room for `count` runs.
     fn of([n, observables]: [usize; 2], count: usize) -> PyResult<Self> {
-        let room = |width: usize| with_room(count.checked_mul(width), "runs");
+        let room = |width: usize| with_workspace(count.checked_mul(width), "runs");
         Ok(Self {
             widths: [n, observables],
             t: room(1)?,

@@ -180,7 +180,7 @@ pub fn no_memory() -> PyErr {
 
 /// An empty vector with room for `count` numbers, or an error: an allocation that fails would end the
 /// process.
-pub fn with_room(count: Option<usize>, what: &str) -> PyResult<Vec<f64>> {
+pub fn with_workspace(count: Option<usize>, what: &str) -> PyResult<Vec<f64>> {
     let mut numbers = Vec::new();
     let room = count.map(|count| numbers.try_reserve_exact(count));
     if matches!(room, Some(Ok(()))) {

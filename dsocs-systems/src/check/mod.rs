@@ -403,7 +403,7 @@ fn window(motion: &CheckedMotion<'_>, report: &mut Report) {
 /// The reason why a motion need not reach the end of its window: the continuous one ends there, too.
 fn ends_itself(motion: &CheckedMotion<'_>) -> Option<String> {
     let end = [motion.asked];
-    let exact = motions::exact_as_far(motion.system, motion.h, &motion.start, &end, 1e-12);
+    let exact = motions::continuous_to_its_end(motion.system, motion.h, &motion.start, &end, 1e-12);
     let ended = exact.ok()?.1?;
     let RunError::Series(series) = &ended else {
         return None;

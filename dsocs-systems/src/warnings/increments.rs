@@ -64,7 +64,7 @@ impl Increments {
                 }
             }
         }
-        last.room().write(node);
+        last.as_node_mut().write(node);
     }
 
     /// The warning for a run by a composition with the step `h`, with the names of the coordinates.

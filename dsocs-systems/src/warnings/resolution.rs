@@ -72,7 +72,7 @@ impl Resolution {
             self.found = found.filter(|found| found.size() > before).or(self.found.take());
         }
         self.range = [least.min(node.energy), largest.max(node.energy)];
-        last.room().write(node);
+        last.as_node_mut().write(node);
     }
 
     /// The warning for a run with the step `h`.

@@ -49,30 +49,30 @@ declared! {
 /// The continuation from rest: friction holds the body, the body leaves with this acceleration, or there are
 /// several continuations.
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Fate {
+enum Outcome {
     Holds,
     Leaves(f64),
     Forks,
 }
 
 /// The continuations from rest, with the sides that hold; `None` near the boundary between two cases.
-fn fate(a: &dyn Fn(f64) -> f64, holds: &[f64]) -> Option<Fate> {
+fn outcome(a: &dyn Fn(f64) -> f64, holds: &[f64]) -> Option<Outcome> {
     let bounds = [1.0, -1.0].map(|side| (side, side * a(side)));
     let near = bounds.iter().any(|(_, away)| away.abs() < 1e-2)
         || holds.iter().any(|s: &f64| (s.abs() - 1.0).abs() < 1e-2);
-    let mut found: Vec<Fate> = bounds
+    let mut found: Vec<Outcome> = bounds
         .iter()
         .filter(|(_, away)| *away > 0.0)
-        .map(|(side, _)| Fate::Leaves(a(*side)))
+        .map(|(side, _)| Outcome::Leaves(a(*side)))
         .collect();
     if holds.iter().any(|s| s.abs() < 1.0) {
-        found.push(Fate::Holds);
+        found.push(Outcome::Holds);
     }
     match found[..] {
         _ if near => None,
         [one] => Some(one),
         [] => None,
-        _ => Some(Fate::Forks),
+        _ => Some(Outcome::Forks),
     }
 }
 
@@ -128,7 +128,7 @@ fn judge<S: System<N> + Debug, const N: usize>(
     (v, h, tolerance): (f64, f64, f64),
     counts: &mut Counts,
 ) {
-    let Some(fate) = fate(a, holds) else {
+    let Some(outcome) = outcome(a, holds) else {
         return;
     };
     let start = |v: f64| {
@@ -136,10 +136,10 @@ fn judge<S: System<N> + Debug, const N: usize>(
         all[0] = v;
         Start::second_order([0.0; N], all)
     };
-    counts[match fate {
-        Fate::Forks => 0,
-        Fate::Holds => 1,
-        Fate::Leaves(_) => 2,
+    counts[match outcome {
+        Outcome::Forks => 0,
+        Outcome::Holds => 1,
+        Outcome::Leaves(_) => 2,
     }] += 1;
     for v in [0.0, v] {
         let slows = a(v.signum());
@@ -152,14 +152,14 @@ fn judge<S: System<N> + Debug, const N: usize>(
         }
         let place = 0.5 * v * rests;
         let left = until - rests;
-        let expected = match fate {
-            Fate::Forks => Err(rests),
-            Fate::Holds => Ok([place, 0.0]),
-            Fate::Leaves(a) => Ok([place + 0.5 * a * left * left, a * left]),
+        let expected = match outcome {
+            Outcome::Forks => Err(rests),
+            Outcome::Holds => Ok([place, 0.0]),
+            Outcome::Leaves(a) => Ok([place + 0.5 * a * left * left, a * left]),
         };
         let steps = by_steps(system, h, start(v), until);
         let series = by_series(system, tolerance, start(v), until);
-        let text = format!("{system:?} {fate:?} v = {v}: {expected:?} {steps:?} {series:?}");
+        let text = format!("{system:?} {outcome:?} v = {v}: {expected:?} {steps:?} {series:?}");
         match expected {
             Err(time) => {
                 assert!(

@@ -23,7 +23,7 @@ fn nodes(text: &str, start: &AnyStart, grid: Option<f64>, until: f64) -> Vec<Own
     let mut nodes = Vec::new();
     run.walk(until, &mut |run| {
         let mut node = OwnedNode::new(run.kernel().shape().dimension());
-        run.write_node(node.room());
+        run.write_node(node.as_node_mut());
         nodes.push(node);
         Ok(core::ops::ControlFlow::Continue(()))
     })

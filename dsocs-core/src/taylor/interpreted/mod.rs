@@ -15,7 +15,7 @@ use std::sync::Arc;
 use self::order::Lists;
 use self::walk::{Expansion, FACTOR, Numbers, Tables, Way};
 use super::Tolerance;
-use super::control::Judged;
+use super::control::Assessment;
 use super::flow::AnyTaylorFlow;
 use super::recurrences::{Along, SeriesKernel};
 use super::state::State;
@@ -117,7 +117,7 @@ impl<'s> Interpreted<'s> {
 
     /// Expands a series, after a step if there is one.
     #[inline(never)]
-    fn expand_at(&mut self, next: &mut rows::Series, step: Option<Along<'_>>) -> Judged {
+    fn expand_at(&mut self, next: &mut rows::Series, step: Option<Along<'_>>) -> Assessment {
         let expansion = Expansion {
             series: &self.series,
             lists: &self.lists,
@@ -166,7 +166,7 @@ impl SeriesKernel for Interpreted<'_> {
         );
     }
 
-    fn arrive(&mut self, step: Along<'_>, next: &mut rows::Series) -> Judged {
+    fn arrive(&mut self, step: Along<'_>, next: &mut rows::Series) -> Assessment {
         self.expand_at(next, Some(step))
     }
 

@@ -17,7 +17,7 @@ use crate::series::rows;
 use crate::series::sums::add_product;
 use crate::series::switch::Switch;
 use crate::solve::rotation::{self, SLOTS};
-use crate::taylor::control::{self, Judged, Sizes};
+use crate::taylor::control::{self, Assessment, Sizes};
 use crate::taylor::recurrences::Along;
 use crate::taylor::solve::{AnyAccelerations, back_into};
 use crate::taylor::state::State;
@@ -278,13 +278,13 @@ pub(super) struct Expansion<'a, 'c> {
 }
 
 impl Work for Expansion<'_, '_> {
-    type Output = Judged;
+    type Output = Assessment;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(mut self) -> Judged {
+    fn run<const FUSED: bool>(mut self) -> Assessment {
         let Some(step) = self.step.take() else {
             self.expand::<FUSED>();
-            return Judged::NONE;
+            return Assessment::NONE;
         };
         let Along {
             series,
@@ -308,7 +308,7 @@ impl Work for Expansion<'_, '_> {
         self.next.expect(to.a());
         self.expand::<FUSED>();
         let own = self.next.velocity_of(1);
-        Judged {
+        Assessment {
             sizes: Sizes::of(self.next, weights, p),
             end: [
                 control::size(own, weights),

@@ -265,7 +265,7 @@ pub fn states_at(
 ) -> Vec<State> {
     let time = |k: usize| start.t + (until - start.t) * (k as f64 + aside) / count as f64;
     let times: Vec<f64> = numbers.map(time).collect();
-    let Ok((motion, _)) = motions::exact_as_far(system, h, start, &times, STATES_TOLERANCE) else {
+    let Ok((motion, _)) = motions::continuous_to_its_end(system, h, start, &times, STATES_TOLERANCE) else {
         return Vec::new();
     };
     let states = motion.iter().map(|point| {

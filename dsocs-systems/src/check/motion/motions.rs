@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use dsocs_core::geometry::{Expansion, Triple};
 use dsocs_core::{
     AnyFlow, AnyLeg, AnyNode, AnyPoint, AnyStart, Kernel, NearlySingular, OwnedLeg, OwnedNode, OwnedPoint,
-    Regularity, Room, Run, RunError, SetupError, Stop, Tolerance, Unresolved,
+    Regularity, Run, RunError, SetupError, Stop, Tolerance, Unresolved, Workspace,
 };
 
 use crate::check::{Measured, Settings};
@@ -163,7 +163,7 @@ pub fn expansion(system: &dyn Motions, start: &State) -> Measured<Expansion> {
     let n = system.kernel().shape().dimension().max(1);
     let mut motion = system.continuous(&start.projected_beginning(), Tolerance::relative(1e-15), None)?;
     let mut found = None;
-    motion.trace(f64::INFINITY, &mut Room::new(), &mut |_, polynomial| {
+    motion.trace(f64::INFINITY, &mut Workspace::new(), &mut |_, polynomial| {
         let orders = polynomial.series().positions().chunks(n);
         found = Some(Expansion {
             t: start.t,
@@ -323,14 +323,14 @@ pub fn exact(
     times: &[f64],
     tolerance: f64,
 ) -> Measured<Vec<OwnedPoint<f64>>> {
-    match exact_as_far(system, h, start, times, tolerance)? {
+    match continuous_to_its_end(system, h, start, times, tolerance)? {
         (motion, None) => Ok(motion),
         (_, Some(ended)) => Err(ended.into()),
     }
 }
 
 /// The continuous motion as far as it exists, and the reason why it ends before the last time, if it does.
-pub fn exact_as_far(
+pub fn continuous_to_its_end(
     system: &dyn Motions,
     h: f64,
     start: &State,

@@ -95,7 +95,7 @@ fn compare(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Compared> {
     let mut times: Vec<f64> = (1..=count)
         .map(|k| motion.start.t + (k as f64 * f64::from(part)) * h)
         .collect();
-    let (exact, ended) = motions::exact_as_far(motion.system, h, &motion.start, &times, TOLERANCE)?;
+    let (exact, ended) = motions::continuous_to_its_end(motion.system, h, &motion.start, &times, TOLERANCE)?;
     // just before the end of a motion, errors need not fall as a power of the step yet
     let count = match &ended {
         Some(_) => exact.len() * 3 / 4,

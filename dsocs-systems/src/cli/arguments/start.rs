@@ -286,7 +286,7 @@ impl StartArguments {
                 let start = Beginning::At(self.t0, Box::new(by_force)).start();
                 let flow = AnyFlow::new(entry.kernel(), h, &start).map_err(RunFailure::Setup)?;
                 let mut node = OwnedNode::new(entry.kernel().shape().dimension());
-                flow.run().write_node(node.room());
+                flow.run().write_node(node.as_node_mut());
                 Ok(Some(node.any().a.to_vec()))
             }
             None => self.near(entry),

@@ -17,7 +17,7 @@ pub(super) const TURNS: usize = COUNT + 2;
 
 /// A polynomial motion from the current point on. The attitude of a body is a polynomial, too, as far as the
 /// series of its quaternion goes: it follows from the angular velocity by `q' = ½ q∘(0, ω)`.
-pub(super) struct Way {
+pub(super) struct HeldPath {
     /// Its length.
     pub(super) h: f64,
     /// The coefficients of the acceleration of each coordinate, in powers of the part of the path.
@@ -75,7 +75,7 @@ pub(super) fn coefficients(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     (powers, tail)
 }
 
-impl Way {
+impl HeldPath {
     /// The coefficients of a velocity in powers of the part of the path.
     pub(super) fn velocity(&self, i: usize, v: f64) -> [f64; COUNT + 1] {
         let mut velocity = [v; COUNT + 1];
