@@ -18,7 +18,7 @@ use dsocs_core::__private::TapeKernel;
 use dsocs_core::{NearlySingular, RunError, SeriesError, SetupError, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
-use crate::stability::{Bar, larger, measured_or_reason, number};
+use crate::stability::{Bar, larger, measured_or_reason, written_time};
 
 use motion::motions::{DoubtfulSteps, MotionNode, State};
 use motion::{CheckedMotion, motions, states_at};
@@ -176,7 +176,7 @@ fn excuse(doubtful: DoubtfulSteps, held: usize, steps: usize) -> Option<String> 
         return Some(format!(
             "not required here: the theorem is about motions along which the equations are regular, and here they come near to a singularity, first about \
              t = {}, beside which errors do not fall as a power of the step; to see it required, end before (`--until`)",
-            number(first)
+            written_time(first)
         ));
     }
     let jumps = doubtful.unresolved.map_or(0, |unresolved| unresolved.steps);
@@ -383,7 +383,7 @@ fn window(motion: &CheckedMotion<'_>, report: &mut Report) {
         if let Some(Unresolved { first, .. }) = motion.doubtful.unresolved {
             report.note(&format!(
                 "a force or a constraint jumps, or nearly so, within a step, first about t = {}: such steps lower the order to 1; take a smaller step, or a smoother function",
-                number(first)
+                written_time(first)
             ));
         }
     }
@@ -413,7 +413,7 @@ fn ends_itself(motion: &CheckedMotion<'_>) -> Option<String> {
     (apart <= ENDS_NEAR * motion.h.abs()).then(|| {
         format!(
             "not required here: the theorem is about a motion as long as there is one, and the continuous motion ends, too, at t = {}: {ended}; to see it required, end before (`--until`)",
-            number(t)
+            written_time(t)
         )
     })
 }

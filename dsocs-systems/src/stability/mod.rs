@@ -86,6 +86,15 @@ pub(crate) fn number(x: f64) -> String {
     }
 }
 
+/// A time as text: a late one with all the digits that tell one step from the next.
+pub(crate) fn written_time(t: f64) -> String {
+    if t.abs() < 1e5 || !t.is_finite() {
+        number(t)
+    } else {
+        format!("{t:.3}")
+    }
+}
+
 /// A figure, or NaN and the reason why there is none.
 pub(crate) fn measured_or_reason(measured: Measured) -> (f64, Option<String>) {
     match measured {

@@ -4,7 +4,7 @@
 //! stiff for the step, the remainder of the fast motion changes its sign in every step, and may grow.
 
 use crate::entry::{Method, Row};
-use crate::stability::number;
+use crate::stability::written_time;
 
 /// The number of increments in a row with opposite signs, none much smaller than the one before, that counts
 /// as alternation.
@@ -90,7 +90,7 @@ impl Alternation {
         Some(format!(
             "warning: `{name}` goes to and fro from step to step, from about t = {} on: something moves or is damped there too fast for this step, and what the step makes of it is not \
              the motion (a smaller `--step`; or declare what is so stiff as a constraint)",
-            number(time)
+            written_time(time)
         ))
     }
 }

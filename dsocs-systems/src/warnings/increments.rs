@@ -8,7 +8,7 @@ use dsocs_core::geometry::position_changes;
 use dsocs_core::{OwnedNode, Stop};
 
 use crate::entry::Row;
-use crate::stability::number;
+use crate::stability::written_time;
 
 /// A coordinate is reported if this many increments in a row differ from the integral of its velocity. A
 /// force that grows from rest differs in a few.
@@ -73,10 +73,10 @@ impl Increments {
         let name = names.get(place).copied().unwrap_or_default();
         Some(format!(
             "warning: `{name}` moves by {increment:.2e} in the step to t = {}, where its velocity gives {integral:.2e}: the legs of a composition \
-             are joined by momenta, and where something has hardly any inertia, as a slender body about its axis, or moves too fast, they do not \
-             tell how it moves with the step h = {h} (`--order 2`, \
-             `--tolerance`, or a smaller `--step`)",
-            number(time)
+             are joined by momenta, and where something has hardly any inertia, as a slender body about its axis, moves too fast, or is driven by a force \
+             that changes within the step, they do not tell how it moves with the step h = {h} (`--tolerance`, or a smaller `--step`; \
+             with hardly any inertia also `--order 2`)",
+            written_time(time)
         ))
     }
 }

@@ -6,7 +6,7 @@ use dsocs_core::geometry::work_between;
 use dsocs_core::{AnyNode, OwnedNode, Stop};
 
 use crate::entry::Row;
-use crate::stability::number;
+use crate::stability::written_time;
 
 /// A step is examined if the energy changes in it by more than this part of its range so far. A motion that
 /// is resolved has few such steps, most of them at its start.
@@ -81,7 +81,7 @@ impl Resolution {
         let found = self.found.as_ref()?;
         let is_told = found.size() > LEAST_OF_RANGE * (largest - least);
         is_told.then(|| {
-            let ([before, after], t) = (found.energy, number(found.t));
+            let ([before, after], t) = (found.energy, written_time(found.t));
             format!(
                 "warning: the energy changes from {before:.3e} to {after:.3e} in the step to t = {t}, where the work of the forces on the \
                  way between these two nodes is {:.3e}: \

@@ -12,7 +12,7 @@ mod start;
 use crate::check::motion::motions::SecondNode;
 use crate::check::reasons::rest;
 use crate::check::{CheckedMotion, Report, larger};
-use crate::stability::{Bar, number};
+use crate::stability::{Bar, written_time};
 
 use errors::{HALVINGS, MOST_STEPS, PLATEAU_OF_QUOTIENTS};
 use slope::{FITTED_POINTS, scatter, start_of_rounding};
@@ -149,7 +149,7 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
         report.note(&format!("errors are compared over the first {MOST_STEPS} steps"));
     }
     if let (Some(ended), Some(reached)) = (ended, times.last()) {
-        let reached = number(*reached);
+        let reached = written_time(*reached);
         report.note(&format!(
             "compared up to t = {reached}, since the continuous motion ends: {ended}"
         ));
@@ -174,7 +174,9 @@ fn report_too_few(
     if k == 0 && points.is_empty() {
         // constraints may leave no free motion, or every step may follow the motion exactly, as on a
         // parabola
-        let until = until.map_or(String::new(), |until| format!(" up to t = {}", number(until)));
+        let until = until.map_or(String::new(), |until| {
+            format!(" up to t = {}", written_time(until))
+        });
         report.push(
             format!("errors of position{until}, which are rounding at every step"),
             Bar::AtMost(plateau),

@@ -6,7 +6,7 @@ use dsocs_core::geometry::state_displacements;
 use super::errors::{FOLLOWED_ERROR, FOLLOWING_HALVINGS, TOLERANCE, errors, followed_nodes, moving_extents};
 use crate::check::motion::motions::{self, State, less};
 use crate::check::{CheckedMotion, Measured, larger};
-use crate::stability::number;
+use crate::stability::written_time;
 /// Relative changes of the start, in roundings, alternating by component: a start that is as good. The
 /// resulting change of the motion is no error of a step.
 const START_CHANGES: [f64; 2] = [4.0, 3.0];
@@ -75,8 +75,8 @@ pub fn starts_at_rounding(motion: &CheckedMotion<'_>) -> Option<String> {
     Some(format!(
         "not required here: the theorem is about the motion from a start, and this one is known to rounding only: a start that differs from t = {} on by its last digits leads to a \
              motion that is {apart:.0e} of its extent away by t = {}, as those of other steps are: so it is beside an unstable equilibrium; to see it required, start a little beside it",
-        number(*t),
-        number(times[last - 1])
+        written_time(*t),
+        written_time(times[last - 1])
     ))
 }
 
@@ -142,7 +142,7 @@ fn growth(motion: &CheckedMotion<'_>) -> Measured<[f64; 2]> {
 pub fn reason_beyond(motion: &CheckedMotion<'_>, parts: u32, until: f64) -> String {
     let compared_until = format!(
         "errors are compared up to t = {}: beyond, that of h = {} is more than {FOLLOWED_ERROR} of the motion's extent",
-        number(until),
+        written_time(until),
         motion.h / f64::from(parts << FOLLOWING_HALVINGS)
     );
     match growth(motion) {
@@ -151,12 +151,12 @@ pub fn reason_beyond(motion: &CheckedMotion<'_>, parts: u32, until: f64) -> Stri
         {
             format!(
                 "{compared_until}; by t = {} a small change of the start has grown {growth:.0e} times: that is chaos, and no failure of the scheme",
-                number(motion.until)
+                written_time(motion.until)
             )
         }
         Ok([growth, _]) => format!(
             "{compared_until}; by t = {} a small change of the start has grown {growth:.0e} times",
-            number(motion.until)
+            written_time(motion.until)
         ),
         Err(_) => compared_until,
     }

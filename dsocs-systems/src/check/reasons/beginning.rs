@@ -5,7 +5,7 @@ use dsocs_core::OwnedLeg;
 
 use crate::check::theorems::equations::LARGEST_RESIDUAL;
 use crate::check::{CheckedMotion, larger};
-use crate::stability::number;
+use crate::stability::written_time;
 
 /// A leg below this part of the longest is short.
 const SHORT_LEG: f64 = 1e-2;
@@ -57,7 +57,7 @@ impl<'a> BeginningFromRest<'a> {
         format!(
             "not required here: what is measured is relative to a leg, and the motion begins from rest: at t = {} its leg is {:.0e} of the longest, and what is solved there is known to the \
              rounding of that one; to see it required, start a little later (`--t0`, `--q0`, `--v0`)",
-            number(self.legs.get(place).map_or(0.0, |leg| leg.t)),
+            written_time(self.legs.get(place).map_or(0.0, |leg| leg.t)),
             length / self.longest
         )
     }

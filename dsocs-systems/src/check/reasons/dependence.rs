@@ -4,7 +4,7 @@
 use dsocs_core::{Declaration, DependentRow, Kernel, OwnedLeg, least_independent};
 
 use crate::check::Finding;
-use crate::stability::{Bar, number};
+use crate::stability::{Bar, written_time};
 
 /// A constraint is reported if a smaller part of it is independent of the others.
 const REPORTED_PART: f64 = 1e-4;
@@ -87,7 +87,7 @@ impl NearlyDependentConstraint {
 
     /// The constraint, its independent part and the error, in words.
     pub fn reason(&self) -> String {
-        let (row, part, t) = (&self.row, self.independent_part, number(self.t));
+        let (row, part, t) = (&self.row, self.independent_part, written_time(self.t));
         format!(
             "not required here: the theorem is about constraints that are independent, and {row} says nothing beside those before it but for \
              a part of {part:.0e}, at t = {t}, as the masses weigh directions: what is measured is known to about {:.0e} only, relative to a leg \

@@ -3,7 +3,7 @@
 use crate::check::motion::motions::{State, expansion};
 use crate::check::reasons::beginning::size;
 use crate::check::{CheckedMotion, larger};
-use crate::stability::number;
+use crate::stability::written_time;
 
 /// A leg below this part of the longest is that of a motion near rest.
 const NEAR_REST: f64 = 0.1;
@@ -67,7 +67,7 @@ pub fn passed(motion: &CheckedMotion<'_>) -> Option<String> {
         format!(
             "not required here: the theorem is about functions that are smooth along the motion, and about t = {} it passes through rest, where the acceleration depends on the direction of \
              the velocity however slow it is, so that the law has no value at rest itself; to see it required, end before (`--until`)",
-            number(leg.t)
+            written_time(leg.t)
         )
     })
 }

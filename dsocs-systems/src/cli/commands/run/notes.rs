@@ -4,7 +4,7 @@ use dsocs_core::{NearlySingular, Shape, Stop, Unresolved};
 
 use crate::cli::arguments::accuracy::Errors;
 use crate::entry::{Method, Plan, Row};
-use crate::stability::number;
+use crate::stability::written_time;
 use crate::warnings::Warnings;
 
 /// A run of more steps is announced before it begins.
@@ -105,7 +105,7 @@ pub(super) fn jump_warning(
             "`--tolerance` goes on from the place of the jump itself; or a smaller `--step`; `--estimate-error` measures what it costs",
         ]
     };
-    let (plural, first) = (if steps == 1 { "" } else { "s" }, number(first));
+    let (plural, first) = (if steps == 1 { "" } else { "s" }, written_time(first));
     if largest.is_infinite() {
         return format!(
             "warning: a force is infinite, or very large for a short time, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first}: what \
@@ -134,7 +134,7 @@ pub(super) fn singularity_warning(
     may_divide: bool,
     third: bool,
 ) -> String {
-    let (plural, first) = (if steps == 1 { "" } else { "s" }, number(first));
+    let (plural, first) = (if steps == 1 { "" } else { "s" }, written_time(first));
     if of_step == steps {
         return format!(
             "warning: the equations of the step pass through a singularity in {steps} step{plural}, first about t = {first}, where those of the continuous motion have none: \
