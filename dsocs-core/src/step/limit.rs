@@ -25,7 +25,7 @@ const AFTER: [f64; 6] = [0.0, 0.0, 0.0, 3.0, -3.0, 1.0];
 const SAME: f64 = 1e-2;
 
 /// A vector that depends on a leg and has no value there: its values beside the leg interpolated, and extrapolated from both sides; `None` if it
-/// has no value at one of the places. Step by step the function is given the leg, moved, and its place.
+/// has no value at one of the places. The function is given the moved legs.
 fn beside<const K: usize>(
     rotations: &[usize],
     (h, leg): (f64, AnyLeg<'_, f64>),
@@ -51,7 +51,7 @@ fn beside<const K: usize>(
     sums
 }
 
-/// The limit of a vector at a leg where it has no value, as [`Step::solve_or_limit`] finds that of its solution; NaN without values beside it.
+/// The limit of a vector at a leg where it has no value, as [`Step::solve_or_limit`] finds that of its solution; `None` without values beside it.
 #[cold]
 pub(crate) fn of_vector(
     rotations: &[usize],

@@ -6,14 +6,11 @@
 use crate::entry::{Method, Row};
 use crate::stability::written_time;
 
+use super::is_tested;
+
 /// The number of increments in a row with opposite signs, none much smaller than the one before, that counts
 /// as alternation.
 const LEAST_STREAK: u32 = 20;
-
-/// All of the first `FIRST_NODES` nodes are tested, and then `WINDOW_NODES` consecutive ones out of each `FIRST_NODES`,
-/// so that the cost in a long run is small.
-const FIRST_NODES: u64 = 2048;
-const WINDOW_NODES: u64 = 32;
 
 /// The smallest ratio of an increment to the one before: after a streak an eighth is left.
 const LEAST_RATIO: f64 = 0.9;
@@ -42,8 +39,7 @@ impl Alternation {
     /// Looks at a node: at all of the first ones, and then at a window of consecutive ones now and again.
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
-        let index = row.node.index;
-        if index < FIRST_NODES || index % FIRST_NODES < WINDOW_NODES {
+        if is_tested(row.node.index) {
             self.look_at(row);
         }
     }

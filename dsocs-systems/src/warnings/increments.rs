@@ -10,6 +10,8 @@ use dsocs_core::{OwnedNode, Stop};
 use crate::entry::Row;
 use crate::stability::written_time;
 
+use super::is_tested;
+
 /// A coordinate is reported if this many increments in a row differ from the integral of its velocity. A
 /// force that grows from rest differs in a few.
 const LEAST_STREAK: u32 = 12;
@@ -17,11 +19,6 @@ const LEAST_STREAK: u32 = 12;
 /// The least difference, relative to the step times the largest velocity so far. Where a period has ten steps the integral has
 /// an error of 2e-4.
 const LEAST: f64 = 2e-3;
-
-/// All of the first `FIRST_NODES` nodes are tested, and then `WINDOW_NODES` consecutive ones out of each `FIRST_NODES`,
-/// so that the cost in a long run is small.
-const FIRST_NODES: u64 = 2048;
-const WINDOW_NODES: u64 = 32;
 
 /// The increments of a composition.
 #[derive(Default)]
@@ -39,8 +36,7 @@ impl Increments {
     /// Looks at a node: at all of the first ones, and then at a window of consecutive ones now and again.
     pub fn look(&mut self, row: &Row<'_>) {
         let (node, shape) = (&row.node, row.declaration.shape());
-        let is_in_window = node.index < FIRST_NODES || node.index % FIRST_NODES < WINDOW_NODES;
-        if self.found.is_some() || !is_in_window {
+        if self.found.is_some() || !is_tested(node.index) {
             return;
         }
         let n = node.q.len();

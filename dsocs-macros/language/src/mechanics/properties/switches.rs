@@ -48,7 +48,10 @@ pub(crate) fn switches(model: &Model) -> Switches {
         .chain(fields.iter().flatten().copied());
     let (mut ranges, mut tables) = (Ranges::default(), Vec::new());
     let all = graph.subexpressions(declared, |_| true);
-    let divisors = divisors(&graph, &all);
+    let divisors: Vec<NodeId> = all
+        .iter()
+        .flat_map(|&id| vanishing_divisors(&graph, id))
+        .collect();
     for id in all {
         if let Node::Call { callee, args, .. } = graph.node(id)
             && let &[argument] = &args[..]
@@ -84,13 +87,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
             // the angle jumps by a whole turn
             Node::Atan2(ordinate, _) => vec![ordinate],
             Node::Unary(Unary::Tan, angle) => vec![graph.unary(Unary::Cos, angle)],
-            Node::Product(factors) => {
-                let below = factors.into_iter().filter(|&(_, exponent)| exponent < 0);
-                below
-                    .flat_map(|(factor, _)| vanishing_factors(&graph, factor))
-                    .collect()
-            }
-            _ => Vec::new(),
+            _ => vanishing_divisors(&graph, id),
         };
         for argument in found {
             add(&mut graph, &mut ranges, argument, model.order(), &mut arguments);
@@ -120,9 +117,9 @@ fn vanishing_factors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
     }
 }
 
-/// Expressions that vanish where a product in some expressions divides by zero.
-fn divisors(graph: &Graph, all: &[NodeId]) -> Vec<NodeId> {
-    let of = |id: &NodeId| match graph.node(*id) {
+/// Expressions that vanish where a product or a power divides by zero.
+fn vanishing_divisors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
+    match graph.node(id) {
         Node::Product(factors) => {
             let below = factors.iter().filter(|&&(_, exponent)| exponent < 0);
             below
@@ -137,8 +134,7 @@ fn divisors(graph: &Graph, all: &[NodeId]) -> Vec<NodeId> {
             vanishing_factors(graph, *base)
         }
         _ => Vec::new(),
-    };
-    all.iter().flat_map(of).collect()
+    }
 }
 
 /// Adds an argument whose sign may change with the motion.
