@@ -20,6 +20,7 @@ use dsocs_core::{NearlySingular, RunError, SeriesError, SetupError, System, Unre
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
 use crate::stability::{Bar, larger, measured_or_reason, written_time};
 
+use motion::extrapolation::QuadratureError;
 use motion::motions::{DoubtfulSteps, MotionNode, State};
 use motion::{CheckedMotion, motions, states_at};
 use reasons::dependence::NearlyDependentConstraint;
@@ -113,12 +114,22 @@ type Measured<T = f64> = Result<T, Box<dyn Error>>;
 const NOT_MEASURED: &str = "not measured, and so neither met nor missed: the figure compares with the continuous motion, which is computed by Taylor series, \
     and these do not get through the times that are looked at; to see it, begin elsewhere or end before (`--until`)";
 
-/// Whether a figure could not be measured because the continuous motion has no series where it is looked at.
-fn lacks_reference(error: &(dyn Error + 'static)) -> bool {
+/// The same where the law along the continuous motion is an integral that the quadrature does not reach.
+const TOO_STIFF: &str = "not measured, and so neither met nor missed: the law of the continuous motion is an integral along it, which is too stiff for the \
+    quadrature of this check; to see it, take a smaller `--step`: the integral reaches over some steps";
+
+/// The reason why a figure could not be measured, if the continuous motion, or an integral along it, is not to be had where it is looked at.
+fn lacks_reference(error: &(dyn Error + 'static)) -> Option<&'static str> {
+    if error.is::<QuadratureError>() {
+        return Some(TOO_STIFF);
+    }
     let is_series = error.is::<SeriesError>()
         || matches!(error.downcast_ref(), Some(RunError::Series(_)))
         || matches!(error.downcast_ref(), Some(SetupError::Series(_)));
-    is_series || error.source().is_some_and(lacks_reference)
+    if is_series {
+        return Some(NOT_MEASURED);
+    }
+    error.source().and_then(lacks_reference)
 }
 
 /// The figures of one check.
@@ -132,7 +143,7 @@ struct Report {
 impl Report {
     /// Adds a figure, or the reason why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
-        let is_open = measured.as_ref().is_err_and(|error| lacks_reference(&**error));
+        let excuse = measured.as_ref().err().and_then(|error| lacks_reference(&**error));
         let (figure, failure) = measured_or_reason(measured);
         self.findings.push(Finding {
             check: self.check,
@@ -141,7 +152,7 @@ impl Report {
             bar,
             failure,
             note: None,
-            excuse: is_open.then(|| NOT_MEASURED.to_owned()),
+            excuse: excuse.map(str::to_owned),
         });
     }
 
@@ -155,15 +166,15 @@ impl Report {
 
     /// Adds several figures that are measured together.
     fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: &Measured<[f64; K]>) {
-        let is_open = measured.as_ref().is_err_and(|error| lacks_reference(&**error));
+        let excuse = measured.as_ref().err().and_then(|error| lacks_reference(&**error));
         for (place, (what, bar)) in whats.into_iter().enumerate() {
             let figure = match measured {
                 Ok(figures) => Ok(figures[place]),
                 Err(error) => Err(error.to_string().into()),
             };
             self.push(what, bar, figure);
-            if is_open && let Some(last) = self.findings.last_mut() {
-                last.excuse = Some(NOT_MEASURED.to_owned());
+            if let Some(last) = self.findings.last_mut() {
+                last.excuse = excuse.map(str::to_owned);
             }
         }
     }

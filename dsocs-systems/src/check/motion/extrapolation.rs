@@ -4,13 +4,37 @@
 //! Neville (Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.9). It knows nothing of
 //! mechanics and conserves nothing by itself.
 
-use crate::check::{Measured, larger};
+use std::fmt;
+
+use crate::check::larger;
 
 /// The number of runs of the midpoint rule from which a step is extrapolated.
 const RUNS: usize = 8;
 
 /// The largest number of refusals of a step in a row, and of steps.
 const LIMITS: [usize; 2] = [60, 1_000];
+
+/// The reason why an integral is not reached.
+#[derive(Debug)]
+pub enum QuadratureError {
+    /// No step is small enough at a time, or the rates are not finite there.
+    NoStep(f64),
+    /// The largest number of steps is done at a time.
+    TooManySteps(f64),
+}
+
+impl fmt::Display for QuadratureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoStep(t) => write!(f, "the quadrature finds no step at t = {t}"),
+            Self::TooManySteps(t) => {
+                write!(f, "the quadrature does not end within {} steps: it is at t = {t}", LIMITS[1])
+            }
+        }
+    }
+}
+
+impl std::error::Error for QuadratureError {}
 
 /// Writes the rate of change of a state, its first argument, into the second.
 pub type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);
@@ -22,14 +46,14 @@ pub type Sizes<'s> = &'s dyn Fn(&[f64]) -> Vec<f64>;
 ///
 /// # Errors
 ///
-/// If the rates are not finite, or no step is small enough.
+/// [`QuadratureError`] if the rates are not finite, no step is small enough, or there would be too many.
 pub fn integrate(
     rate: Rate<'_>,
     sizes: Sizes<'_>,
     mut state: Vec<f64>,
     until: f64,
     tolerance: f64,
-) -> Measured<Vec<f64>> {
+) -> Result<Vec<f64>, QuadratureError> {
     let (mut t, mut h) = (0.0, until);
     let mut refused = 0;
     for _ in 0..LIMITS[1] {
@@ -55,12 +79,12 @@ pub fn integrate(
         } else {
             refused += 1;
             if refused > LIMITS[0] {
-                return Err(format!("the quadrature finds no step at t = {t}").into());
+                return Err(QuadratureError::NoStep(t));
             }
         }
         h *= factor.clamp(0.2, 4.0);
     }
-    Err(format!("the quadrature does not end: it is at t = {t}").into())
+    Err(QuadratureError::TooManySteps(t))
 }
 
 /// A step: the state at its end, and the last correction of the extrapolation, relative to the sizes of the state's components.

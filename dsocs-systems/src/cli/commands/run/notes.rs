@@ -114,7 +114,7 @@ pub(super) fn jump_warning(
     }
     // a jump in a derivative of the Lagrangian does not lower the order of the step of order 2
     let at_best = if matches!(method, Method::Composed(_)) {
-        ", or of the second at best,"
+        ", or of the second at best"
     } else {
         ""
     };
