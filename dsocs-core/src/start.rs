@@ -5,6 +5,7 @@ mod begin;
 mod consistency;
 mod determined;
 mod elsewhere;
+pub(crate) mod half_leg;
 mod impulse;
 pub(crate) mod place;
 mod rest;

@@ -424,6 +424,21 @@ impl<'s, const N: usize> ComposedFlow<'s, N> {
         system.composed(h, method, start)
     }
 
+    /// The composed discrete motion of a parsed system.
+    ///
+    /// # Errors
+    ///
+    /// The errors of the library's function.
+    pub fn read(
+        system: &'s TapeKernel,
+        h: f64,
+        method: Composition,
+        start: Start<N>,
+    ) -> Result<Self, SetupError> {
+        let flow = AnyComposedFlow::new(system, h, method, &start.into())?;
+        Ok(Self(flow.into_run()))
+    }
+
     /// The position of the current node.
     #[must_use]
     pub fn position(&self) -> [f64; N] {

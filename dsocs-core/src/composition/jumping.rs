@@ -14,7 +14,7 @@ use crate::run::{OwnedNode, Run as _, RunError, Unresolved};
 use crate::solve::Vector;
 use crate::solve::rotation;
 use crate::solve::sum::Sum;
-use crate::start::{self, Rule, StartData};
+use crate::start::{self, Rule, StartData, half_leg};
 
 /// Number of the paper's steps that replace a composed one.
 const PARTS: u32 = 16;
@@ -80,7 +80,8 @@ impl Composed<'_> {
             hi: v.hi.map(|v| h * v),
             lo: v.lo.map(|v| h * v),
         };
-        d.add(&a.map(|a| 0.5 * h * h * a));
+        let mean = half_leg::mean_acceleration(&self.declaration(), h, (t0, &q.hi, &v.hi), a);
+        d.add(&mean.as_ref().unwrap_or(a).map(|a| 0.5 * h * h * a));
         let given = StartData {
             q0: q.hi.clone(),
             rule: Rule::Exact {

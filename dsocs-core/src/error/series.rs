@@ -204,6 +204,18 @@ impl SeriesError {
     pub fn details(&self) -> &FailedSeries {
         &self.0
     }
+
+    /// The time at which the motion ends, in the declaration's unit: that of the place within the next step, if the cause names one, else the time
+    /// that was reached.
+    #[must_use]
+    pub fn ends_at(&self) -> f64 {
+        match self.details().cause {
+            SeriesFailure::Unbounded { time }
+            | SeriesFailure::NotUnique { time, .. }
+            | SeriesFailure::Dependent { time, .. } => time,
+            _ => self.details().time,
+        }
+    }
 }
 
 impl fmt::Display for SeriesError {

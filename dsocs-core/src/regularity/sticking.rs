@@ -37,7 +37,7 @@
 //! With this velocity zero the mass would oscillate between two nodes for ever. By the rules above it is at
 //! rest when the next leg is.
 
-use crate::number::bounded::Bounded;
+use crate::number::bounded::{Bounded, UNIT};
 use crate::number::point::{AnyLeg, OwnedLeg, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -147,13 +147,11 @@ pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'
         .collect()
 }
 
-/// Whether each argument is zero, to rounding, at a position and a velocity.
+/// Whether each argument is zero at a position and a velocity, to its rounding and to that of time, position and velocity themselves: decimal
+/// numbers of a start are rounded, and so is the velocity of a leg.
 pub(crate) fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
-    let arguments = declaration.side_arguments(
-        Bounded::splat(t),
-        &map(q, Bounded::splat),
-        &map(v, Bounded::splat),
-    );
+    let rounded = |x: f64| Bounded::known(x, UNIT * x.abs());
+    let arguments = declaration.side_arguments(rounded(t), &map(q, rounded), &map(v, rounded));
     let is_zero = |argument: Bounded| argument.lane(0).abs() <= ROUNDINGS * argument.error();
     arguments.into_iter().map(is_zero).collect()
 }

@@ -3,6 +3,7 @@
 use super::consistency;
 use super::determined;
 use super::elsewhere;
+use super::half_leg;
 use super::rest;
 use super::third::{self, ThirdOrderDatum};
 use super::underflow;
@@ -131,7 +132,8 @@ impl StartData {
                 let (q0, v0) = self.consistent(declaration, q0, v0)?;
                 let a0 = state_acceleration(declaration, (t0, &q0, &v0), self.near.as_deref())?;
                 let mut d = Sum::exact(v0.map(|v| h * v));
-                d.add(&a0.map(|a| h * h / 2.0 * a));
+                let mean = half_leg::mean_acceleration(declaration, h, (t0, &q0, &v0), &a0);
+                d.add(&mean.as_ref().unwrap_or(&a0).map(|a| h * h / 2.0 * a));
                 let d = onto_pair(declaration, (t0, h), &q0, &v0, &d)?;
                 (q0, v0, Some(a0), d)
             }

@@ -66,7 +66,7 @@ pub(crate) struct Crossing {
 
 impl Crossing {
     /// The place within an interval of the path where a positive value becomes negative.
-    pub(super) fn found(
+    pub(crate) fn found(
         switch: usize,
         [mut before, mut after]: [f64; 2],
         value: impl Fn(f64) -> f64,

@@ -118,7 +118,12 @@ impl Integrator {
         let tau = self.time_scale();
         let multipliers = declaration.shape().multipliers();
         let time = if jumped { 0.0 } else { self.arrival(tau) };
-        let zero = arrived(&point, (&a, multipliers), time, zero);
+        let mut zero = arrived(&point, (&a, multipliers), time, zero);
+        if !jumped {
+            // a short way to the zero is known no better than the velocity
+            let to_rounding = sides::zero(&declaration, t, self.now.q(), self.now.v());
+            zero.iter_mut().zip(to_rounding).for_each(|(zero, rounded)| *zero |= rounded);
+        }
         let Some(found) = point.solve(&zero, multipliers, Some(&a)) else {
             return false;
         };
@@ -397,7 +402,12 @@ impl Integrator {
         let whole = size == left && event.is_none() && fork.is_none();
         let (event, mut part) = fork.map_or((event, part), |part| (None, part));
         if !whole {
-            part = self.representable(part * size) / size;
+            // a release before its time would not be one: the side would hold the body again
+            let is_release =
+                matches!(event, Some((_, Event::Side(g))) if sticking.pieces[g] == Piece::Between);
+            let later = part * size + self.rounding_of_time();
+            let length = if is_release && later < left { later } else { part * size };
+            part = self.representable(length) / size;
         }
         self.take(equations, &way, part);
         if whole {

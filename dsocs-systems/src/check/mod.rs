@@ -419,7 +419,7 @@ fn ends_itself(motion: &CheckedMotion<'_>) -> Option<String> {
     let RunError::Series(series) = &ended else {
         return None;
     };
-    let t = series.details().time;
+    let t = series.ends_at();
     let apart = (t - motion.until).abs();
     (apart <= ENDS_NEAR * motion.h.abs()).then(|| {
         format!(

@@ -13,6 +13,7 @@ mod constrained_library;
 mod constraints;
 mod contacts;
 mod control_law;
+mod crossing_at_the_start;
 mod derivatives;
 mod discrete;
 mod draws;

@@ -279,7 +279,7 @@ fn ends(error: &RunError) -> f64 {
     let RunError::Series(series) = error else {
         panic!("{error}")
     };
-    series.details().time
+    series.ends_at()
 }
 
 /// The outcomes of Taylor flows at several tolerances: numbers of runs that ended at a singularity, that

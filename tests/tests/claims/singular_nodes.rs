@@ -137,10 +137,7 @@ fn ended(error: &RunError) -> Option<f64> {
     let RunError::Series(error) = error else {
         return None;
     };
-    match &error.details().cause {
-        SeriesFailure::NotUnique { time, .. } | SeriesFailure::Unbounded { time } => Some(*time),
-        _ => Some(error.details().time),
-    }
+    Some(error.ends_at())
 }
 
 #[test]
