@@ -147,13 +147,21 @@ pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'
         .collect()
 }
 
-/// Whether each argument is zero at a position and a velocity, to its rounding and to that of time, position and velocity themselves: decimal
-/// numbers of a start are rounded, and so is the velocity of a leg.
+/// Whether each argument is zero at a position and a velocity, to [its rounding](roundings).
 pub(crate) fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
+    let arguments = roundings(declaration, t, q, v).into_iter();
+    arguments
+        .map(|[argument, error]| argument.abs() <= error)
+        .collect()
+}
+
+/// The arguments, each with the error below which it may be zero: by its rounding and by that of time, position and velocity themselves. Decimal
+/// numbers of a start are rounded, and so is the velocity of a leg.
+pub(crate) fn roundings(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<[f64; 2]> {
     let rounded = |x: f64| Bounded::known(x, UNIT * x.abs());
     let arguments = declaration.side_arguments(rounded(t), &map(q, rounded), &map(v, rounded));
-    let is_zero = |argument: Bounded| argument.lane(0).abs() <= ROUNDINGS * argument.error();
-    arguments.into_iter().map(is_zero).collect()
+    let with_error = |argument: Bounded| [argument.lane(0), ROUNDINGS * argument.error()];
+    arguments.into_iter().map(with_error).collect()
 }
 
 /// Whether an argument is zero, to rounding, at a position and a velocity.

@@ -169,7 +169,12 @@ impl Switch {
 
     /// Counts the value as zero if that is within the given time, in which the argument has its present rate.
     pub(crate) fn blur(&mut self, time: f64) {
-        self.scale = self.scale.max(self.coefficients[1].abs() * time / TOUCHES);
+        self.known_to(self.coefficients[1].abs() * time);
+    }
+
+    /// Counts the value as zero if it is below an error.
+    pub(crate) fn known_to(&mut self, error: f64) {
+        self.scale = self.scale.max(error / TOUCHES);
     }
 
     /// Makes the next series continue the piece of this one.
@@ -233,6 +238,11 @@ impl Switch {
             return f64::INFINITY;
         }
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
+    }
+
+    /// The value.
+    pub(crate) fn value(&self) -> f64 {
+        self.coefficients[0]
     }
 
     /// The absolute value.

@@ -139,6 +139,8 @@ impl Integrator {
             return false;
         };
         let forks = point.forks(&zero, multipliers, tau);
+        // the last step may have been short only because the slip was small
+        let step = self.scale_of_series().unwrap_or(f64::INFINITY);
         self.now.move_velocity(&now.correction);
         self.next.expect(&now.x[..a.len()]);
         if let Some(watch) = &mut self.watch {
@@ -148,7 +150,7 @@ impl Integrator {
                 last: found.pieces.clone(),
                 pieces: found.pieces,
                 now,
-                step: tau,
+                step,
                 known: None,
             }));
         }
@@ -187,15 +189,17 @@ impl Integrator {
         ARRIVES * tau.abs() + ROUNDINGS_OF_TIME * self.rounding_of_time()
     }
 
-    /// A time scale of the motion.
-    fn time_scale(&self) -> f64 {
+    /// The time scale that the series tells; `None` if the motion is uniform, or uniformly accelerated.
+    fn scale_of_series(&self) -> Option<f64> {
         let order = self.order().min(self.next.order());
         let step = self.control.first_step(&self.next, order);
-        match self.last {
-            _ if step > 0.0 && step < 1e100 => step,
-            Some((_, h)) if h != 0.0 => h.abs(),
-            _ => 1.0,
-        }
+        (step > 0.0 && step < 1e100).then_some(step)
+    }
+
+    /// A time scale of the motion.
+    fn time_scale(&self) -> f64 {
+        let last = self.last.map(|(_, h)| h.abs()).filter(|h| *h != 0.0);
+        self.scale_of_series().or(last).unwrap_or(1.0)
     }
 
     /// The motion over a time `h` at rest; `None` if the iteration does not converge.

@@ -11,6 +11,7 @@ use super::control::Assessment;
 use super::integrator::Integrator;
 use super::recurrences::{Along, SeriesKernel};
 use super::sticking::Sticking;
+use crate::regularity::sticking;
 use crate::series::orders::ROWS;
 use crate::series::roots::Crossing;
 use crate::series::rows::Series;
@@ -362,9 +363,18 @@ impl Integrator {
         self.known = None;
         watch.touched.clear();
         watch.since = self.time();
+        // that of a velocity may be larger than all that an argument changes in a short step
+        let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
+        let roundings = sticking::roundings(&equations.declaration(), t, q, v);
+        // the series has its arguments in another order
+        let error_of = |argument: f64| {
+            let same = |known: &&[f64; 2]| (known[0] - argument).abs() <= known[1];
+            roundings.iter().find(same).map_or(0.0, |known| known[1])
+        };
         each(equations, |group, place, switch| {
             switch.begins_with(0);
             switch.blur(2.0 * rounding);
+            switch.known_to(error_of(switch.value()));
             if switch.touches() {
                 watch
                     .touched
