@@ -61,7 +61,11 @@ pub(crate) fn mean_acceleration(
         }
         let found = AtPoint::new(*declaration, (t, &q, &v)).solve(&zero, multipliers, Some(&a))?;
         a = found.x.get(..a.len())?.to_vec();
-        for (side, piece) in sides.iter_mut().zip(&found.pieces).filter(|(side, _)| **side != 0.0) {
+        for (side, piece) in sides
+            .iter_mut()
+            .zip(&found.pieces)
+            .filter(|(side, _)| **side != 0.0)
+        {
             *side = piece.side();
         }
         zero = found.still;

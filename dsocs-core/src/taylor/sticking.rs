@@ -122,7 +122,9 @@ impl Integrator {
         if !jumped {
             // a short way to the zero is known no better than the velocity
             let to_rounding = sides::zero(&declaration, t, self.now.q(), self.now.v());
-            zero.iter_mut().zip(to_rounding).for_each(|(zero, rounded)| *zero |= rounded);
+            zero.iter_mut()
+                .zip(to_rounding)
+                .for_each(|(zero, rounded)| *zero |= rounded);
         }
         let Some(found) = point.solve(&zero, multipliers, Some(&a)) else {
             return false;
@@ -410,7 +412,11 @@ impl Integrator {
             let is_release =
                 matches!(event, Some((_, Event::Side(g))) if sticking.pieces[g] == Piece::Between);
             let later = part * size + self.rounding_of_time();
-            let length = if is_release && later < left { later } else { part * size };
+            let length = if is_release && later < left {
+                later
+            } else {
+                part * size
+            };
             part = self.representable(length) / size;
         }
         self.take(equations, &way, part);

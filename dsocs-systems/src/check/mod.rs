@@ -143,7 +143,10 @@ struct Report {
 impl Report {
     /// Adds a figure, or the reason why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
-        let excuse = measured.as_ref().err().and_then(|error| lacks_reference(&**error));
+        let excuse = measured
+            .as_ref()
+            .err()
+            .and_then(|error| lacks_reference(&**error));
         let (figure, failure) = measured_or_reason(measured);
         self.findings.push(Finding {
             check: self.check,
@@ -166,7 +169,10 @@ impl Report {
 
     /// Adds several figures that are measured together.
     fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: &Measured<[f64; K]>) {
-        let excuse = measured.as_ref().err().and_then(|error| lacks_reference(&**error));
+        let excuse = measured
+            .as_ref()
+            .err()
+            .and_then(|error| lacks_reference(&**error));
         for (place, (what, bar)) in whats.into_iter().enumerate() {
             let figure = match measured {
                 Ok(figures) => Ok(figures[place]),

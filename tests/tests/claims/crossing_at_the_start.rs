@@ -1,9 +1,10 @@
-//! A mass whose slip on a belt changes its sign, or ends, before the middle of the first leg: no order is lost. A composition near rest begins anew
+//! A mass whose slip on a belt changes its sign, or ends, before the middle of the first leg: no order is lost, and series go on, however short the
+//! slip is beside the speed. A composition near rest begins anew
 //! with such a leg at every node, so it tells nothing and loses nothing where it only touches the belt's speed. References are closed forms.
 
 use dsocs_core::text::Text;
-use dsocs_core::{Composition, Flow, Start, Stepper};
-use dsocs_tests::text::ComposedFlow;
+use dsocs_core::{Composition, Flow, Start, Stepper, Tolerance};
+use dsocs_tests::text::{ComposedFlow, TaylorFlow};
 
 use super::draws;
 
@@ -136,6 +137,51 @@ fn a_speed_that_touches_that_of_the_belt_loses_no_order() {
                             "{a} {friction} {speed} {at} {h}: {found} {exact}"
                         );
                     }
+                }
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn series_go_on_from_a_slip_that_is_short_beside_the_speed() {
+    let drawn = draws::vector::<6>(0.0..1.0);
+    draws::test(400, 28_403, drawn, &|drawn| {
+        let [speed, faster, force, friction, part, size] = draws::sized(&drawn);
+        let size = 10.0_f64.powf(8.0 * size - 3.0);
+        let belt = Belt {
+            speed: size * (2.0 * speed - 1.0),
+            faster: if speed < 0.5 { 0.0 } else { 2.0 * faster - 1.0 },
+            force: 4.0 * force - 2.0,
+            friction: 0.1 + friction,
+        };
+        let text = belt.text();
+        for sign in [1.0, -1.0] {
+            let rate = belt.rate(sign);
+            if sign * rate > -0.05 || belt.rate(-sign).abs() < 0.01 {
+                continue;
+            }
+            // from rounding of the speed to a slip that takes half of the time
+            let slip = sign * (0.5 * rate.abs() * 10.0_f64.powf(-16.0 * part));
+            let start = Start::second_order([0.0], [belt.speed + slip]);
+            let slip = belt.speed + slip - belt.speed;
+            if slip == 0.0 {
+                continue;
+            }
+            let exact = belt.exact(slip, UNTIL);
+            for tolerance in [1e-6, 1e-9, 1e-12] {
+                let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+                let node = match flow.to(UNTIL) {
+                    Ok(node) => node,
+                    Err(error) => panic!("{belt:?} {slip} {tolerance}: {error}"),
+                };
+                for (found, exact) in [node.q[0], node.v[0]].iter().zip(exact) {
+                    let bound = 1e-13 * (1.0 + belt.speed.abs());
+                    assert!(
+                        (found - exact).abs() < bound,
+                        "{belt:?} {slip} {tolerance}: {found} {exact}"
+                    );
                 }
             }
         }

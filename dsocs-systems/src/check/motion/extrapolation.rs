@@ -28,7 +28,11 @@ impl fmt::Display for QuadratureError {
         match self {
             Self::NoStep(t) => write!(f, "the quadrature finds no step at t = {t}"),
             Self::TooManySteps(t) => {
-                write!(f, "the quadrature does not end within {} steps: it is at t = {t}", LIMITS[1])
+                write!(
+                    f,
+                    "the quadrature does not end within {} steps: it is at t = {t}",
+                    LIMITS[1]
+                )
             }
         }
     }

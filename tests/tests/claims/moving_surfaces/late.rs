@@ -1,6 +1,9 @@
 //! Friction on a swinging surface at late times, which are known to their rounding alone, and the surface's velocity with
 //! them.
 
+use core::f64::consts::PI;
+
+use dsocs_core::text::Text;
 use dsocs_core::{Start, Stepper as _, Tolerance};
 use dsocs_tests::scenes::random::Random;
 use dsocs_tests::short_or_long;
@@ -85,4 +88,46 @@ fn series_stick_and_slip_at_late_times_as_at_early_ones() {
     }
     println!("{events} events; largest error: {worst:.1} tolerances or roundings of the time");
     assert!(worst < 100.0, "{worst}");
+}
+
+/// A mass that friction holds until a force exceeds it, as at early times; the speed after half a period is in closed form.
+#[test]
+fn series_are_released_at_late_times_as_at_early_ones() {
+    let mut random = Random::new(8);
+    for _ in 0..short_or_long(40, 1000) {
+        let t0 = random.decades(1e2, 1e8).round();
+        let [amplitude, friction, rate] = [
+            random.between(0.5, 3.0),
+            random.between(1.05, 1.4),
+            random.between(0.5, 5.0),
+        ];
+        let text = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+             external_forces = 1 + {amplitude:?} * ({rate:?} * (t - {t0:?})).sin() - {friction:?} * dot(x).signum();"
+        );
+        let text = Text::parse("late release", &text).unwrap();
+        let released = ((friction - 1.0) / amplitude).asin() / rate;
+        let speed = |since: f64| {
+            (1.0 - friction) * (since - released)
+                - amplitude / rate * ((rate * since).cos() - (rate * released).cos())
+        };
+        let until = t0 + PI / rate;
+        let exact = speed(until - t0);
+        assert!(exact > 0.0);
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let start = Start::second_order([0.0], [0.0]).at(t0);
+            let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+            let node = match flow.to(until) {
+                Ok(node) => node,
+                Err(error) => panic!("{t0} {amplitude} {friction} {rate} {tolerance}: {error}"),
+            };
+            // force changes by less than 15 a second
+            let bound = tolerance.max(1e-12) * 100.0 + 60.0 * f64::EPSILON * t0;
+            assert!(
+                (node.v[0] - exact).abs() < bound,
+                "{t0} {amplitude} {friction} {rate} {tolerance}: {} for {exact}",
+                node.v[0]
+            );
+        }
+    }
 }
