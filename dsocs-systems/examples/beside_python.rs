@@ -48,14 +48,16 @@ impl Begun {
 
     /// The processor time of this thread, to nanoseconds, and of the process, to hundredths of a second.
     fn worked() -> [Option<f64>; 2] {
-        let thread = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-        let thread =
-            thread.and_then(|text| Some(1e-9 * text.split_whitespace().next()?.parse::<f64>().ok()?));
+        // the kernel brings the time of a thread that is running up to date where that of its process is read; without it the
+        // time of the last tick is found, which is up to some milliseconds old
         let process = std::fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
             let numbers = text.rsplit(')').next()?.split_whitespace().skip(11).take(2);
             let ticks: Vec<f64> = numbers.filter_map(|word| word.parse().ok()).collect();
             Some(ticks.iter().sum::<f64>() / 100.0)
         });
+        let thread = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+        let thread =
+            thread.and_then(|text| Some(1e-9 * text.split_whitespace().next()?.parse::<f64>().ok()?));
         [thread, process]
     }
 

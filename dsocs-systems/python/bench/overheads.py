@@ -6,7 +6,7 @@
 The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, for some rounds. Times are processor times, which depend
 little on the machine's other load, and the shortest of all rounds counts. For an ensemble both the wall-clock time and the processor time of both threads are printed.
 
-- a run: a million steps, with all nodes kept as arrays, or only the last.
+- a run: a million steps, with all nodes kept as arrays, or only the last. In Python the nodes are looked at for warnings on the way, in Rust they are not.
 - a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a Python
   loop.
 - an ensemble: ten thousand runs in lanes on two threads, from arrays to arrays.

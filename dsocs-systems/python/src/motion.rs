@@ -176,16 +176,14 @@ impl Motion {
             loop {
                 let mut left = some;
                 while left > 0 {
-                    let index = run.clock().index();
-                    let ahead = record.ahead(index).min(left);
-                    let before = index + ahead - 1;
                     // nodes that are not kept are not stopped at
-                    if on_a_grid && ahead > 1 && run.clock().is_handed_out() {
-                        let stop = run.clock().until(run.clock().time_of(before))?;
-                        if !is_beyond(run.clock(), &stop, end) {
-                            run.reach(&stop)?;
-                            left -= ahead - 1;
-                        }
+                    let passed = record.ahead(run.clock().index()).min(left) - 1;
+                    if passed > 0 && on_a_grid && run.clock().is_handed_out() {
+                        let clock = run.clock();
+                        let stop = clock.until(clock.time_of(clock.index() + passed))?;
+                        let is_last = is_beyond(clock, &stop, end);
+                        run.reach(if is_last { end } else { &stop })?;
+                        left -= passed;
                     }
                     if !run.go_on(end)? {
                         return Ok(Reached::End);

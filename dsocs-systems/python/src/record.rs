@@ -1,6 +1,8 @@
 //! The kept nodes of a run, as arrays that Python sees without a copy.
 
 use dsocs_core::{AnyNode, OwnedNode, Run};
+use dsocs_systems::entry::Row;
+use dsocs_systems::warnings::Warnings;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
@@ -52,7 +54,15 @@ impl Column {
     /// Adds the numbers of a row.
     #[inline]
     pub fn extend(&mut self, row: &[f64]) {
-        self.fresh.extend_from_slice(row);
+        // few numbers are written without a call
+        match row {
+            [x] => self.fresh.push(*x),
+            [x, y] => {
+                self.fresh.push(*x);
+                self.fresh.push(*y);
+            }
+            _ => self.fresh.extend_from_slice(row),
+        }
     }
 
     /// Reserves room for more rows; `false` if there is no memory for them.
@@ -126,8 +136,10 @@ pub struct Record {
     every: u64,
     /// The smallest index of the next node that is kept.
     next: u64,
-    /// The current node.
-    node: OwnedNode,
+    /// The last two kept nodes, each at its row modulo two.
+    nodes: [OwnedNode; 2],
+    /// The observers for warnings.
+    pub warnings: Warnings,
     /// The number of kept nodes.
     rows: usize,
     /// Time, position, velocity, acceleration, constraint force, energy.
@@ -139,12 +151,13 @@ impl Record {
     pub const NAMES: [&'static str; 6] = ["t", "q", "v", "a", "force", "energy"];
 
     /// No nodes yet.
-    pub fn new(coordinates: usize, every: u64) -> Self {
+    pub fn new(coordinates: usize, every: u64, warnings: Warnings) -> Self {
         let widths = [1, coordinates, coordinates, coordinates, coordinates, 1];
         Self {
             every: every.max(1),
             next: 0,
-            node: OwnedNode::new(coordinates),
+            nodes: [OwnedNode::new(coordinates), OwnedNode::new(coordinates)],
+            warnings,
             rows: 0,
             columns: widths.map(Column::new),
         }
@@ -165,16 +178,23 @@ impl Record {
         self.rows
     }
 
-    /// Keeps the current node of a run, if it is to be kept.
+    /// Keeps the current node of a run, if it is to be kept, and looks whether something is to be told of it.
     #[inline]
     pub fn take(&mut self, run: &dyn Run) {
         let index = run.clock().index();
-        // most nodes of a run that keeps few of them return here, without a division
-        if index < self.next || !index.is_multiple_of(self.every) {
+        // most nodes return here or go on without a division
+        if index < self.next || (index > self.next && !index.is_multiple_of(self.every)) {
             return;
         }
         self.next = index.saturating_add(self.every);
-        self.node.take(run);
+        let [even, odd] = &mut self.nodes;
+        let (before, node) = if self.rows.is_multiple_of(2) {
+            (odd, even)
+        } else {
+            (even, odd)
+        };
+        run.write_node(node.as_node_mut());
+        let node = node.any();
         let AnyNode {
             t,
             q,
@@ -183,9 +203,20 @@ impl Record {
             force,
             energy,
             ..
-        } = self.node.any();
-        for (column, row) in self.columns.iter_mut().zip([&[t], q, v, a, force, &[energy]]) {
-            column.extend(row);
+        } = node;
+        let [times, positions, velocities, accelerations, forces, energies] = &mut self.columns;
+        times.fresh.push(t);
+        positions.extend(q);
+        velocities.extend(v);
+        accelerations.extend(a);
+        forces.extend(force);
+        energies.fresh.push(energy);
+        // the work between nodes that are not kept is not known
+        if self.every == 1 || !self.warnings.ask_for_all() {
+            self.warnings.look(&node, || Row {
+                before: (self.rows > 0).then(|| before.any()),
+                ..Row::of(node, run.declaration_at_node())
+            });
         }
         self.rows += 1;
     }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, TryLockError};
 
 use dsocs_core::{AnyNode, AnyPoint, Declaration, End, LastLeg, OwnedNode, RunError, Stop};
-use dsocs_systems::entry::{Method, Row, is_closed};
+use dsocs_systems::entry::Method;
 use dsocs_systems::warnings::{Warnings, moved_start};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
@@ -47,9 +47,6 @@ pub(crate) struct State {
     /// The method and the step.
     method: Method,
     h: f64,
-    /// The observers for warnings, and the number of nodes that they have seen.
-    warnings: Warnings,
-    looked: usize,
     /// The warning about a start that was projected far onto the constraints.
     moved: Option<String>,
 }
@@ -128,11 +125,12 @@ impl State {
         let parameters = &self.motion.system().shape().parameters;
         let place = parameters.iter().position(|known| known.name == parameter);
         let ahead = u64::from(self.motion.is_ahead());
-        let changes = &mut self.changes;
+        let (changes, warnings) = (&mut self.changes, &mut self.record.warnings);
         self.motion.with(|run| {
             let before = place.and_then(|place| run.values().get(place).copied());
             run.set_input(parameter, value)?;
             if let Some(place) = place.filter(|_| before != Some(value)) {
+                warnings.drive();
                 let clock = run.clock();
                 let index = clock.index();
                 let time = if ahead == 0 {
@@ -233,24 +231,6 @@ impl State {
         let places = 0..system.shape().parameters.len();
         places.map(|place| system.value(place)).collect()
     }
-
-    /// Passes new nodes to the observers for warnings.
-    fn watch_for_warnings(&mut self, py: Python<'_>) -> PyResult<()> {
-        let [looks, asks_between] = self.warnings.looks();
-        let is_closed = is_closed(self.motion.system().shape()) && self.changes.is_empty();
-        // the work between nodes that are not kept is not known
-        let is_seen = is_closed || !asks_between || self.record.every() == 1;
-        if !looks || !is_seen {
-            return Ok(());
-        }
-        let mut warnings = std::mem::take(&mut self.warnings);
-        let looked = self.look_at_nodes(py, self.looked, &mut |declaration, node| {
-            warnings.look(&Row::of_step(*node, *declaration, is_closed));
-        });
-        self.warnings = warnings;
-        self.looked = self.record.rows();
-        looked
-    }
 }
 
 #[pymethods]
@@ -277,15 +257,13 @@ impl PyRun {
         let (observed, forms) = (shape.observables.len(), shape.forms);
         let warnings = Warnings::of(method, shape);
         let mut state = State {
-            record: Record::new(motion.dimension(), every),
+            record: Record::new(motion.dimension(), every, warnings),
             observed: Derived::new(observed),
             multipliers: Derived::new(forms),
             changes: Vec::new(),
             leg: LastLeg::default(),
             method,
             h,
-            warnings,
-            looked: 0,
             moved: None,
             motion,
         };
@@ -521,13 +499,12 @@ impl PyRun {
 
     /// The warnings about the nodes so far: on the energy, on bodies that rotate too far, on coordinates that
     /// alternate, on constraints that nearly depend on each other, and on a start that was projected far.
-    fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 5]> {
+    fn warnings(&self) -> PyResult<[Option<String>; 5]> {
         self.with(|state| {
-            state.watch_for_warnings(py)?;
             let coordinates = &state.motion.system().shape().coordinates;
             let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
             let [energy, turns, alternation, dependence] =
-                state.warnings.notes(&names, state.method, state.h);
+                state.record.warnings.notes(&names, state.method, state.h);
             let notes = [energy, turns, alternation, dependence, state.moved.clone()];
             Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })

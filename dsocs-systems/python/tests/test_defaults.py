@@ -64,6 +64,18 @@ def test_what_goes_to_and_fro_is_told() -> None:
         dsocs.System(FAST).flow(h=0.01, q=[0.1], v=[0.0]).until(1.0)
 
 
+@pytest.mark.parametrize("push", [0.5, 0.9])
+@pytest.mark.parametrize("h", [0.1, 0.01, 0.002])
+def test_what_rests_is_not_warned_of(push: float, h: float) -> None:
+    # friction holds a body against a push that is smaller: its energy is rounding
+    held = dsocs.System(
+        f"coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = ({push} * (1.3 * t).sin().powi(3) - dot(x).signum());",
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        held.flow(h=h, q=[0.0], v=[0.0]).until(3.0)
+
+
 def test_a_controller_that_gives_energy_is_not_warned_of() -> None:
     cart = dsocs.System("parameters { u = 0.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = u;")
     with warnings.catch_warnings():

@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, RunError, Shape, Unresolved};
+use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, RunError, Unresolved};
 
 use super::Plan;
 use super::description::Description;
@@ -11,17 +11,10 @@ use super::description::Description;
 pub struct Row<'a> {
     /// The node.
     pub node: AnyNode<'a>,
+    /// The row before, if there is one: with steps the other end of the step.
+    pub before: Option<AnyNode<'a>>,
     /// The declaration, with the values that its parameters have at the node.
     pub declaration: Declaration<'a>,
-    /// The power of the constraint force and, at some nodes, the sum of the absolute values of the energy's
-    /// terms; only where the energy can change by forces of constraints on positions and velocities alone,
-    /// in steps of a fixed length.
-    pub balance: Option<(f64, Option<f64>)>,
-    /// Whether the energy can change by forces of constraints on positions and velocities alone.
-    pub is_closed: bool,
-    /// Whether the energy may also change by external forces, by terms that depend on time, or by inputs, in
-    /// steps of a fixed length.
-    pub is_open: bool,
     /// The smallest singular values of `D₃` and `D₁` at the node, in a certified run.
     pub regularity: Option<Regularity>,
     /// The steps so far that did not resolve a jump.
@@ -37,26 +30,13 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// The row of a node of another run, made by steps of a fixed length. `is_closed` means that the energy
-    /// can change by forces of constraints on positions and velocities only ([`is_closed`]).
+    /// The row of a node, without the one before, regularity and errors.
     #[must_use]
-    pub fn of_step(node: AnyNode<'a>, declaration: Declaration<'a>, is_closed: bool) -> Self {
-        Self {
-            balance: is_closed.then(|| balance(&declaration, &node)),
-            is_closed,
-            is_open: !is_closed,
-            ..Self::of(node, declaration)
-        }
-    }
-
-    /// The row of a node, without regularity and errors.
-    pub(super) fn of(node: AnyNode<'a>, declaration: Declaration<'a>) -> Self {
+    pub fn of(node: AnyNode<'a>, declaration: Declaration<'a>) -> Self {
         Self {
             node,
             declaration,
-            balance: None,
-            is_closed: false,
-            is_open: false,
+            before: None,
             regularity: None,
             unresolved: None,
             nearly_singular: None,
@@ -87,39 +67,6 @@ impl<'a> Row<'a> {
         }
         values.extend(self.errors);
     }
-}
-
-/// Whether the energy of a system with constant inputs can change by forces of constraints on positions and
-/// velocities only.
-#[must_use]
-pub fn is_closed(shape: &Shape) -> bool {
-    !shape.external_forces && !shape.depends_on_time && shape.kinematic == 0
-}
-
-/// The energy's terms are summed at nodes whose number is a multiple of this.
-const TERMS_EVERY: u64 = 16;
-
-/// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
-#[inline]
-pub(super) fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
-    // some nodes are enough for their mean
-    let is_examined = node.index.is_multiple_of(TERMS_EVERY);
-    (
-        constraint_power(node),
-        is_examined.then(|| energy_terms(declaration, node)),
-    )
-}
-
-/// The power of a node's constraint force.
-#[inline]
-pub(crate) fn constraint_power(node: &AnyNode<'_>) -> f64 {
-    node.force.iter().zip(node.v).map(|(force, v)| force * v).sum()
-}
-
-/// The sum of the sizes of the energy's terms at a node.
-#[inline(never)]
-pub(crate) fn energy_terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
-    node.energy.abs() + 2.0 * declaration.lagrangian(node.t, node.q, node.v).abs()
 }
 
 /// A column of a run's table.

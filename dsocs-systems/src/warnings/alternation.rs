@@ -38,9 +38,9 @@ pub struct Alternation {
 impl Alternation {
     /// Looks at a node: at all of the first ones, and then at a window of consecutive ones now and again.
     #[inline]
-    pub fn look(&mut self, row: &Row<'_>) {
-        if is_tested(row.node.index) {
-            self.look_at(row);
+    pub fn look<'r>(&mut self, index: u64, row: &impl Fn() -> Row<'r>) {
+        if is_tested(index) {
+            self.look_at(&row());
         }
     }
 

@@ -1,6 +1,10 @@
 //! Detects, in a run to a tolerance, that an energy which nothing declared can change is not constant.
 
-use crate::entry::{Row, constraint_power, energy_terms};
+use dsocs_core::AnyNode;
+
+use crate::entry::Row;
+
+use super::{constraint_power, energy_terms};
 
 /// A change of the energy is reported if it exceeds this many tolerances, relative to the mean over the nodes
 /// of the energy's size.
@@ -45,29 +49,25 @@ pub struct Conserved {
     power: (f64, f64),
     /// A bound for the work of constraint forces.
     work: f64,
-    /// Whether parameters have changed during the run.
-    is_open: bool,
+    /// Whether inputs change the energy, too, from here on.
+    pub is_open: bool,
 }
 
 impl Conserved {
     /// Looks at a node.
     #[inline]
-    pub fn look(&mut self, row: &Row<'_>) {
-        if !row.is_closed {
-            self.is_open |= self.first.is_some();
-            return;
-        }
+    pub fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
         if self.is_open {
             return;
         }
-        let (energy, t) = (row.node.energy, row.node.t);
+        let (energy, t) = (node.energy, node.t);
         let missing = energy - *self.first.get_or_insert(energy);
         if missing.abs() > self.missing.0.abs() {
             self.missing = (missing, t);
         }
         if self.nodes >= self.next || missing.abs() > self.grown {
             self.grown = GROWS * self.missing.0.abs();
-            self.sum(row);
+            self.sum(&row());
         }
         self.nodes += 1;
     }
@@ -152,7 +152,7 @@ mod tests {
         let mut warnings = Warnings::of(method, entry.kernel().shape());
         entry
             .run(&plan, &start, &mut |row| {
-                warnings.look(row);
+                warnings.look(&row.node, || *row);
                 ControlFlow::Continue(())
             })
             .unwrap();

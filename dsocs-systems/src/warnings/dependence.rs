@@ -17,9 +17,9 @@ pub struct Dependence {
 impl Dependence {
     /// Looks at a node.
     #[inline]
-    pub fn look(&mut self, row: &Row<'_>) {
-        if row.node.index >= self.next {
-            self.look_at_constraints(row);
+    pub fn look<'r>(&mut self, index: u64, row: &impl Fn() -> Row<'r>) {
+        if index >= self.next {
+            self.look_at_constraints(&row());
         }
     }
 

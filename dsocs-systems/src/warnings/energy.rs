@@ -1,9 +1,11 @@
 //! Detects an energy that explodes, or that changes although no declared force changes it.
 
-use dsocs_core::Stop;
 use dsocs_core::geometry::power_with;
+use dsocs_core::{AnyNode, Shape, Stop};
 
 use crate::entry::{Method, Row};
+
+use super::{constraint_power, energy_terms, is_closed};
 
 /// The energy has exploded if it is this many times its first value.
 const EXPLOSION: f64 = 1e4;
@@ -21,9 +23,16 @@ const EXPLAINED_PART: f64 = 0.5;
 /// The smallest defect of the energy balance that is reported, relative to the mean of its terms.
 const LEAST_DEFECT: f64 = 0.1;
 
+/// The energy's terms are summed at every node whose number is a multiple of this, and later at fewer: after node `n` next at
+/// node `n + n / TERMS_APART`, if that is farther.
+const TERMS_EVERY: u64 = 16;
+const TERMS_APART: u64 = 256;
+
 /// The energy of a run.
 #[derive(Default)]
 pub struct Energy {
+    /// Whether the energy may change by external forces, by terms that depend on time, or by inputs, too.
+    pub is_open: bool,
     /// At the start.
     first: Option<f64>,
     /// The largest energy by absolute value, and its time.
@@ -54,6 +63,7 @@ struct Growth {
 
 impl Growth {
     /// Looks at a node, with the largest energy so far.
+    #[inline]
     fn look(&mut self, largest: (f64, f64)) {
         if largest.0 == 0.0 {
             return;
@@ -77,6 +87,7 @@ struct Work {
 
 impl Work {
     /// Looks at a node.
+    #[cold]
     fn look(work: &mut Option<Self>, row: &Row<'_>) {
         let node = &row.node;
         let power = power_with(&row.declaration, (node.t, node.q, node.v), node.force);
@@ -96,15 +107,21 @@ impl Work {
 /// The energy less the work of the constraint forces.
 #[derive(Default)]
 struct Balance {
-    /// The last nodes, each at its number modulo `WINDOW`.
-    last: [Moment; WINDOW],
-    /// The number of nodes.
-    count: usize,
+    /// Whether there are constraints; without them the constraint force is rounding.
+    is_constrained: bool,
+    /// The power of the constraint forces at the last nodes, the latest at the end.
+    powers: [f64; WINDOW],
+    /// The last nodes, the latest at the end, and the time of the first.
+    last: [Moment; 3],
+    start: f64,
+    /// The number of nodes, and that at which the terms are summed next.
+    count: u64,
+    next: u64,
     /// The median power at the node before the middle one.
     before: Option<f64>,
     /// The work up to the middle node.
     work: f64,
-    /// The sum of the energy's terms over the nodes that have them, and the number of these nodes.
+    /// The sum of the energy's terms over all nodes, those between two sums taken as the first of them, and the number of nodes.
     terms: (f64, f64),
     /// The largest defect of the balance since the start, the energy there, and its time.
     missing: (f64, f64, f64),
@@ -117,71 +134,117 @@ struct Balance {
 /// does work is nonzero at more nodes than these.
 const WINDOW: usize = 5;
 
-/// The energy and the power at a node.
+/// The time and the energy of a node.
 #[derive(Clone, Copy, Default)]
 struct Moment {
     /// Its time.
     t: f64,
     /// Its energy.
     energy: f64,
-    /// The power of the constraint forces.
-    power: f64,
 }
 
 impl Balance {
-    /// Looks at a node.
-    fn look(&mut self, row: &Row<'_>, first: f64, (power, terms): (f64, Option<f64>)) {
-        if let Some(terms) = terms {
-            self.terms = (self.terms.0 + terms, self.terms.1 + 1.0);
+    /// Looks at a node, with the energy at the start.
+    #[inline(never)]
+    fn look<'r>(&mut self, node: &AnyNode<'_>, first: f64, row: &impl Fn() -> Row<'r>) {
+        if self.count == self.next {
+            self.sum_terms(&row());
         }
-        self.last[self.count % WINDOW] = Moment {
-            t: row.node.t,
-            energy: row.node.energy,
-            power,
-        };
         self.count += 1;
-        if self.count < WINDOW {
+        let now = Moment {
+            t: node.t,
+            energy: node.energy,
+        };
+        if self.is_constrained {
+            self.look_at_power(now, first, constraint_power(node));
+        } else {
+            self.compare(now, first);
+        }
+    }
+
+    /// Looks at the power of the constraint forces at a node.
+    #[inline]
+    fn look_at_power(&mut self, node: Moment, first: f64, power: f64) {
+        let [_, b, c, d, e] = self.powers;
+        self.powers = [b, c, d, e, power];
+        let [earlier, now, next] = self.last;
+        self.last = [now, next, node];
+        if self.count < WINDOW as u64 {
+            self.start = if self.count == 1 { node.t } else { self.start };
             return;
         }
-        let [now, earlier, earliest] =
-            [2, 1, 0].map(|place| self.last[(self.count - WINDOW + place) % WINDOW]);
-        let power = median(self.last.map(|moment| moment.power));
+        let power = median(self.powers);
         // the first interval begins at the start
         self.work += match self.before.replace(power) {
             Some(before) => (now.t - earlier.t) * (power + before) / 2.0,
-            None => (now.t - earliest.t) * power,
+            None => (now.t - self.start) * power,
         };
+        self.compare(now, first);
+    }
+
+    /// Compares the energy at a node with that at the start and the work.
+    #[inline]
+    fn compare(&mut self, now: Moment, first: f64) {
         let missing = (now.energy - first - self.work).abs();
         if missing > self.missing.0 {
             self.missing = (missing, now.energy, now.t);
         }
     }
+
+    /// Sums the energy's terms at a node: some nodes are enough for their mean.
+    #[cold]
+    fn sum_terms(&mut self, row: &Row<'_>) {
+        let apart = TERMS_EVERY.max(self.count / TERMS_APART);
+        let (sum, count) = self.terms;
+        let terms = energy_terms(&row.declaration, &row.node);
+        self.terms = (sum + apart as f64 * terms, count + apart as f64);
+        self.next += apart;
+    }
 }
 
 /// The median of five numbers.
+#[inline]
 fn median([a, b, c, d, e]: [f64; WINDOW]) -> f64 {
+    // in order, as the powers of a smooth motion nearly always are
+    if (a <= b && b <= c && c <= d && d <= e) || (a >= b && b >= c && c >= d && d >= e) {
+        return c;
+    }
     // neither the least nor the largest of the first four
     let (low, high) = (a.min(b).max(c.min(d)), a.max(b).min(c.max(d)));
     low.min(high).max(low.max(high).min(e))
 }
 
 impl Energy {
-    /// Looks at a node.
-    pub fn look(&mut self, row: &Row<'_>) {
-        let first = *self.first.get_or_insert(row.node.energy);
-        if row.is_open && (self.work.is_some() || row.node.energy.abs() >= WORK_FROM * first.abs()) {
-            Work::look(&mut self.work, row);
+    /// The observer for a run of a system.
+    pub fn of(shape: &Shape) -> Self {
+        Self {
+            is_open: !is_closed(shape),
+            balance: Balance {
+                is_constrained: shape.holonomic + shape.nonholonomic > 0,
+                ..Balance::default()
+            },
+            ..Self::default()
         }
-        if row.node.energy.abs() > self.largest.0.abs() {
-            self.largest = (row.node.energy, row.node.t);
+    }
+
+    /// Looks at a node.
+    #[inline]
+    pub fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
+        let (energy, size) = (node.energy, node.energy.abs());
+        let first = *self.first.get_or_insert(energy);
+        if self.is_open && (self.work.is_some() || size >= WORK_FROM * first.abs()) {
+            Work::look(&mut self.work, &row());
+        }
+        if size > self.largest.0.abs() {
+            self.largest = (energy, node.t);
             self.given = self.work.as_ref().map_or(0.0, |work| work.sum);
         }
         // at rest the energy is rounding
-        if row.node.stop != Stop::Sticks {
+        if node.stop != Stop::Sticks {
             self.growth.look(self.largest);
         }
-        if let Some(balance) = row.balance {
-            self.balance.look(row, first, balance);
+        if !self.is_open {
+            self.balance.look(node, first, row);
         }
     }
 
@@ -289,9 +352,9 @@ mod tests {
             q0: q0.to_vec(),
             v0: vec![0.0; q0.len()],
         }));
-        let mut energy = Energy::default();
+        let mut energy = Energy::of(entry.kernel().shape());
         let run = entry.run(&plan, &beginning, &mut |row| {
-            energy.look(row);
+            energy.look(&row.node, &|| *row);
             ControlFlow::Continue(())
         });
         run.unwrap();
@@ -406,10 +469,10 @@ mod tests {
             q0: q0.to_vec(),
             v0: v0.to_vec(),
         };
-        let mut energy = Energy::default();
+        let mut energy = Energy::of(entry.kernel().shape());
         entry
             .run(&plan, &start, &mut |row| {
-                energy.look(row);
+                energy.look(&row.node, &|| *row);
                 ControlFlow::Continue(())
             })
             .unwrap();

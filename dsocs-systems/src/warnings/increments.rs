@@ -34,11 +34,16 @@ pub struct Increments {
 
 impl Increments {
     /// Looks at a node: at all of the first ones, and then at a window of consecutive ones now and again.
-    pub fn look(&mut self, row: &Row<'_>) {
-        let (node, shape) = (&row.node, row.declaration.shape());
-        if self.found.is_some() || !is_tested(node.index) {
-            return;
+    #[inline]
+    pub fn look<'r>(&mut self, index: u64, row: &impl Fn() -> Row<'r>) {
+        if self.found.is_none() && is_tested(index) {
+            self.look_at(&row());
         }
+    }
+
+    #[inline(never)]
+    fn look_at(&mut self, row: &Row<'_>) {
+        let (node, shape) = (&row.node, row.declaration.shape());
         let n = node.q.len();
         let Some(last) = &mut self.last else {
             self.last = Some(OwnedNode::of(node));

@@ -13,9 +13,9 @@ mod resolution;
 mod start;
 mod turns;
 
-use dsocs_core::Shape;
+use dsocs_core::{AnyNode, Declaration, Shape};
 
-use crate::entry::{Method, Row, is_closed};
+use crate::entry::{Method, Row};
 
 use alternation::Alternation;
 use conserved::Conserved;
@@ -38,11 +38,26 @@ fn is_tested(index: u64) -> bool {
     index < FIRST_NODES || index % FIRST_NODES < WINDOW_NODES
 }
 
+/// Whether the energy of a system with constant inputs can change by forces of constraints on positions and
+/// velocities only.
+fn is_closed(shape: &Shape) -> bool {
+    !shape.external_forces && !shape.depends_on_time && shape.kinematic == 0
+}
+
+/// The power of a node's constraint force.
+#[inline]
+fn constraint_power(node: &AnyNode<'_>) -> f64 {
+    node.force.iter().zip(node.v).map(|(force, v)| force * v).sum()
+}
+
+/// The sum of the sizes of the energy's terms at a node.
+fn energy_terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
+    node.energy.abs() + 2.0 * declaration.lagrangian(node.t, node.q, node.v).abs()
+}
+
 /// The observers of the nodes of a run.
-#[derive(Default)]
 pub struct Warnings(Observers);
 
-#[derive(Default)]
 #[expect(clippy::large_enum_variant, reason = "there is one for a run")]
 enum Observers {
     /// With steps of a fixed length.
@@ -53,12 +68,9 @@ enum Observers {
         conserved: Option<Conserved>,
         dependence: Option<Dependence>,
     },
-    #[default]
-    Nothing,
 }
 
 /// What is observed with steps of a fixed length.
-#[derive(Default)]
 struct Steps {
     energy: Energy,
     alternation: Alternation,
@@ -67,7 +79,6 @@ struct Steps {
 }
 
 /// What is observed of some systems, and with some methods.
-#[derive(Default)]
 struct Special {
     /// Of a system with rotations.
     turns: Option<Turns>,
@@ -81,25 +92,26 @@ impl Steps {
     /// The observers for a run of a system by a method.
     fn of(method: Method, shape: &Shape) -> Self {
         let special = Special {
-            turns: (!shape.rotations.is_empty()).then(Turns::default),
+            turns: (!shape.rotations.is_empty()).then(|| Turns::of(&shape.rotations)),
             resolution: (shape.external_forces || shape.depends_on_time).then(Resolution::default),
             increments: matches!(method, Method::Composed(_)).then(Increments::default),
         };
         let is_special =
             special.turns.is_some() || special.resolution.is_some() || special.increments.is_some();
         Self {
+            energy: Energy::of(shape),
+            alternation: Alternation::default(),
             special: is_special.then(|| Box::new(special)),
-            ..Self::default()
         }
     }
 
     /// Looks at the next node.
     #[inline]
-    fn look(&mut self, row: &Row<'_>) {
-        self.energy.look(row);
-        self.alternation.look(row);
+    fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
+        self.energy.look(node, row);
+        self.alternation.look(node.index, row);
         if let Some(special) = &mut self.special {
-            special.look(row);
+            special.look(node, row);
         }
     }
 
@@ -120,21 +132,22 @@ impl Steps {
 
 impl Special {
     /// Looks at the next node.
-    fn look(&mut self, row: &Row<'_>) {
+    #[inline]
+    fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
         if let Some(turns) = &mut self.turns {
-            turns.look(row);
+            turns.look(node);
         }
         if let Some(resolution) = &mut self.resolution {
-            resolution.look(row);
+            resolution.look(node.energy, row);
         }
         if let Some(increments) = &mut self.increments {
-            increments.look(row);
+            increments.look(node.index, row);
         }
     }
 }
 
 impl Warnings {
-    /// The observers for a run of a system by a method.
+    /// The observers for a run of a system by a method, with constant inputs.
     #[must_use]
     pub fn of(method: Method, shape: &Shape) -> Self {
         Self(match method {
@@ -147,41 +160,42 @@ impl Warnings {
         })
     }
 
-    /// Whether nodes are observed, and whether work and energy between them are needed.
-    #[must_use]
-    pub fn looks(&self) -> [bool; 2] {
-        [
-            match &self.0 {
-                Observers::Steps(_) => true,
-                Observers::Tolerance {
-                    conserved,
-                    dependence,
-                    ..
-                } => conserved.is_some() || dependence.is_some(),
-                Observers::Nothing => false,
-            },
-            matches!(self.0, Observers::Steps(_)),
-        ]
+    /// Inputs change from the next node on, and with them the energy.
+    pub fn drive(&mut self) {
+        match &mut self.0 {
+            Observers::Steps(steps) => steps.energy.is_open = true,
+            Observers::Tolerance { conserved, .. } => {
+                if let Some(conserved) = conserved {
+                    conserved.is_open = true;
+                }
+            }
+        }
     }
 
-    /// Looks at the next node.
+    /// Whether all nodes of the run have to be looked at: the work between others is not known.
     #[inline]
-    pub fn look(&mut self, row: &Row<'_>) {
+    #[must_use]
+    pub fn ask_for_all(&self) -> bool {
+        matches!(&self.0, Observers::Steps(steps) if steps.energy.is_open)
+    }
+
+    /// Looks at the next node. Its row is made where more than the node itself is needed: at few nodes of a long run.
+    #[inline]
+    pub fn look<'r>(&mut self, node: &AnyNode<'_>, row: impl Fn() -> Row<'r>) {
         match &mut self.0 {
-            Observers::Steps(steps) => steps.look(row),
+            Observers::Steps(steps) => steps.look(node, &row),
             Observers::Tolerance {
                 conserved,
                 dependence,
                 ..
             } => {
                 if let Some(conserved) = conserved {
-                    conserved.look(row);
+                    conserved.look(node, &row);
                 }
                 if let Some(dependence) = dependence {
-                    dependence.look(row);
+                    dependence.look(node.index, &row);
                 }
             }
-            Observers::Nothing => {}
         }
     }
 
@@ -206,7 +220,6 @@ impl Warnings {
                     .as_ref()
                     .and_then(|dependence| dependence.note(*tolerance)),
             ],
-            Observers::Nothing => [None, None, None, None],
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A step that leaps into a stiff contact has another energy after it than the work of the forces on its way gives.
 
 use dsocs_core::geometry::work_between;
-use dsocs_core::{AnyNode, OwnedNode, Stop};
+use dsocs_core::{AnyNode, Stop};
 
 use crate::entry::Row;
 use crate::stability::written_time;
@@ -23,8 +23,8 @@ const LEAST_OF_RANGE: f64 = 0.01;
 /// What the steps of a run resolve.
 #[derive(Default)]
 pub struct Resolution {
-    /// The last node; `None` before the first.
-    last: Option<OwnedNode>,
+    /// The energy at the last node; `None` before the first.
+    last: Option<f64>,
     /// The least and the largest energy so far.
     range: [f64; 2],
     /// The step with the largest difference.
@@ -58,21 +58,23 @@ impl Found {
 impl Resolution {
     /// Looks at a node.
     #[inline]
-    pub fn look(&mut self, row: &Row<'_>) {
-        let node = &row.node;
-        let Some(last) = &mut self.last else {
-            self.last = Some(OwnedNode::of(node));
-            self.range = [node.energy; 2];
+    pub fn look<'r>(&mut self, energy: f64, row: &impl Fn() -> Row<'r>) {
+        let Some(last) = self.last.replace(energy) else {
+            self.range = [energy; 2];
             return;
         };
         let [least, largest] = self.range;
-        if (node.energy - last.any().energy).abs() > OF_RANGE * (largest - least) {
-            let found = examine(row, &last.any());
-            let before = self.found.as_ref().map_or(0.0, Found::size);
-            self.found = found.filter(|found| found.size() > before).or(self.found.take());
+        if (energy - last).abs() > OF_RANGE * (largest - least) {
+            self.look_at_step(&row());
         }
-        self.range = [least.min(node.energy), largest.max(node.energy)];
-        last.as_node_mut().write(node);
+        self.range = [least.min(energy), largest.max(energy)];
+    }
+
+    #[cold]
+    fn look_at_step(&mut self, row: &Row<'_>) {
+        let found = row.before.and_then(|before| examine(row, &before));
+        let size = self.found.as_ref().map_or(0.0, Found::size);
+        self.found = found.filter(|found| found.size() > size).or(self.found.take());
     }
 
     /// The warning for a run with the step `h`.
@@ -94,7 +96,6 @@ impl Resolution {
 }
 
 /// Examines the step to a node from the one before.
-#[cold]
 fn examine(row: &Row<'_>, before: &AnyNode<'_>) -> Option<Found> {
     let (node, declaration) = (&row.node, &row.declaration);
     // how a force that jumps goes on is another question, and its steps are counted where they do not answer it

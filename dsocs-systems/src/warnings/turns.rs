@@ -1,6 +1,8 @@
 //! Detects bodies that rotate too far in a step.
 
-use crate::entry::{Method, Row};
+use dsocs_core::AnyNode;
+
+use crate::entry::Method;
 
 /// A step that rotates a body by more than this, in rad, is too coarse for the asymptotic order of the error.
 const LARGE_TURN: f64 = 1.5;
@@ -12,8 +14,9 @@ const LARGEST_TURN: f64 = 3.0;
 const RESOLVED_TURN: f64 = 0.5;
 
 /// The fastest rotation of a run.
-#[derive(Default)]
 pub struct Turns {
+    /// The index of the first number of each rotation.
+    rotations: Box<[usize]>,
     /// The angular speed, in rad/s.
     rate: f64,
     /// The time.
@@ -23,18 +26,23 @@ pub struct Turns {
 }
 
 impl Turns {
+    /// No rotation yet, of bodies whose rotations begin at these indices.
+    pub fn of(rotations: &[usize]) -> Self {
+        Self {
+            rotations: rotations.into(),
+            rate: 0.0,
+            time: 0.0,
+            rotation: rotations.first().copied().unwrap_or(0),
+        }
+    }
+
     /// Looks at a node.
-    pub fn look(&mut self, row: &Row<'_>) {
-        let rotations = &row.declaration.shape().rotations;
-        for &first in rotations.iter() {
-            let of_body = row.node.v.get(first + 1..first + 4).unwrap_or(&[]);
+    pub fn look(&mut self, node: &AnyNode<'_>) {
+        for &first in &self.rotations {
+            let of_body = node.v.get(first + 1..first + 4).unwrap_or(&[]);
             let rate = of_body.iter().map(|w| w * w).sum::<f64>().sqrt();
             if rate > self.rate {
-                *self = Self {
-                    rate,
-                    time: row.node.t,
-                    rotation: first,
-                };
+                (self.rate, self.time, self.rotation) = (rate, node.t, first);
             }
         }
     }
@@ -86,7 +94,7 @@ mod tests {
         let turns = Turns {
             rate: 20.0,
             time: 0.5,
-            rotation: 1,
+            ..Turns::of(&[1])
         };
         let note = |method, h| turns.note(["x", "r_w", "r_x", "r_y", "r_z"].into_iter(), method, h);
         let warning = note(Method::Step, -0.1).unwrap();

@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 use dsocs_core::{AnyFlow, OwnedNode, Regularity, Run, RunError, Tolerance};
 
 use super::Entry;
-use super::columns::{Row, balance, is_closed};
+use super::columns::Row;
 use held_inputs::ErrorsUnderInputs;
 use reference::Errors;
 
@@ -74,9 +74,7 @@ fn run(
             held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
             Some(&mut held)
         };
-        let shape = system.kernel().shape();
-        let is_closed = is_closed(shape) && plan.inputs.is_empty();
-        pass_on_nodes(run, is_closed, error, plan, sink)
+        pass_on_nodes(run, error, plan, sink)
     })
 }
 
@@ -165,17 +163,18 @@ fn run_with_inputs(run: &mut dyn Run, plan: &Plan, take: &mut NodeObserver<'_>) 
 /// Passes on the nodes of a run.
 fn pass_on_nodes(
     run: &mut dyn Run,
-    is_closed: bool,
     mut error: Option<&mut dyn Errors>,
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    let mut node = OwnedNode::new(run.kernel().shape().dimension());
+    let n = run.kernel().shape().dimension();
+    let (mut before, mut node, mut is_first) = (OwnedNode::new(n), OwnedNode::new(n), true);
     let is_driven = !plan.inputs.is_empty();
-    let has_steps = !matches!(plan.method, Method::Tolerance(_));
     let mut unknown = None;
     let mut take = |run: &dyn Run| {
+        core::mem::swap(&mut before, &mut node);
         node.take(run);
+        let is_first = core::mem::replace(&mut is_first, false);
         let node = node.any();
         let declaration = if is_driven {
             // the values of the inputs before the node
@@ -188,9 +187,7 @@ fn pass_on_nodes(
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
             unresolved: run.unresolved(),
             nearly_singular: run.nearly_singular(),
-            balance: (is_closed && has_steps).then(|| balance(&declaration, &node)),
-            is_closed,
-            is_open: !is_closed && has_steps,
+            before: (!is_first).then(|| before.any()),
             ..Row::of(node, declaration)
         };
         let Some(error) = &mut error else {

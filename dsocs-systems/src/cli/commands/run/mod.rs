@@ -154,7 +154,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     );
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let mut observers = RunObservers::of(plan.method, entry.kernel().shape());
+    let mut observers = RunObservers::of(&plan, entry.kernel().shape());
     let (mut unresolved, mut nearly_singular) = (None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::stop_flag();

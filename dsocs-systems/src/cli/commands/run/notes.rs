@@ -29,12 +29,16 @@ pub(super) struct RunObservers {
 }
 
 impl RunObservers {
-    /// The observers for a run of a system by a method.
-    pub(super) fn of(method: Method, shape: &Shape) -> Self {
+    /// The observers for a run of a system as planned.
+    pub(super) fn of(plan: &Plan, shape: &Shape) -> Self {
+        let mut warnings = Warnings::of(plan.method, shape);
+        if !plan.inputs.is_empty() {
+            warnings.drive();
+        }
         Self {
             irregular_nodes: IrregularNodes::default(),
             errors: Errors::default(),
-            warnings: Warnings::of(method, shape),
+            warnings,
         }
     }
 
@@ -42,7 +46,7 @@ impl RunObservers {
     pub(super) fn look(&mut self, row: &Row<'_>) {
         self.irregular_nodes.look(row);
         self.errors.look(row);
-        self.warnings.look(row);
+        self.warnings.look(&row.node, || *row);
     }
 }
 
