@@ -712,3 +712,39 @@ fn nothing_is_said_of_functions_that_a_text_cannot_have() {
         "{output:?}"
     );
 }
+
+/// `Si(1)`, of which the motions below are multiples.
+const SINE_INTEGRAL: f64 = 0.946_083_070_367_183;
+
+#[test]
+fn a_quotient_with_a_limit_at_a_node_is_not_singular() {
+    let versine = SINE_INTEGRAL - (1.0 - 1_f64.cos());
+    for (force, end) in [
+        ("(t - 1).sin() / (t - 1)", 2.0 * SINE_INTEGRAL),
+        ("(1 - (t - 1).cos()) / (t - 1).powi(2)", 2.0 * versine),
+        // as a constraint, and beside a motion of another coordinate
+        ("0.5 * (2 * t - 2).sin() / (t - 1)", 2.0 * 0.802_706_488_401_347_2),
+    ] {
+        for text in [
+            format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};"),
+            format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = ddot(x) - {force}; constraint_forces = [(1)];"
+            ),
+        ] {
+            for step in ["0.01", "0.02", "0.05"] {
+                let text = format!("{text} run {{ start = ([0], [0]); step = {step}; until = 2; }}");
+                let (warnings, line) = run(&text, &[]);
+                assert_eq!(warnings, "", "{text}");
+                let h: f64 = step.parse().unwrap();
+                // where the force is even about the node, position and velocity at the end are the same number
+                let (apart, bound) = ((position(&line) - end).abs(), h * h);
+                assert!(apart < bound, "{text}: {apart:e}");
+            }
+        }
+    }
+    // a determinant that vanishes at a node is told
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = (t - 1) * ddot(x) - (t - 1.3).sin(); constraint_forces = [(1)]; \
+        run { start = ([0], [0]); step = 0.01; until = 2; }";
+    let (_, [_, words]) = attempt(text, "run", &[]);
+    assert!(words.contains("nearly singular"), "{words}");
+}
