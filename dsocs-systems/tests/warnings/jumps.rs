@@ -748,3 +748,48 @@ fn a_quotient_with_a_limit_at_a_node_is_not_singular() {
     let (_, [_, words]) = attempt(text, "run", &[]);
     assert!(words.contains("nearly singular"), "{words}");
 }
+
+/// A force that is 1 up to the time or the place at which the mass is at 1/2, then -1: it comes back to rest at x = 1 and t = 2.
+#[test]
+fn a_jump_at_a_node_is_told_where_the_step_is_evaluated_there() {
+    let scene = |map: &str, force: &str, step: &str| {
+        format!(
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + 2 * dot(y).powi(2)) / 2; {map} external_forces = ({force}, 0.3); \
+             run {{ start = ([0, 0], [0, 0]); step = {step}; until = 2; }}"
+        )
+    };
+    let velocity = |line: &str| line.split(',').nth(3).unwrap().parse::<f64>().unwrap();
+    for force in [
+        "if t < 1 { 1 } else { -1 }",
+        "(1 - t).signum()",
+        "if x < 0.5 { 1 } else { -1 }",
+    ] {
+        for step in ["0.25", "0.125", "0.0625"] {
+            let h: f64 = step.parse().unwrap();
+            // within the legs alone: each leg has its own side
+            let (warnings, line) = run(&scene("phi_lagrangian = midpoint;", force, step), &[]);
+            assert_eq!(warnings, "", "{force} {step}");
+            let apart = [position(&line) - 1.0, velocity(&line)];
+            assert!(
+                apart.iter().all(|apart| apart.abs() < 1e-12),
+                "{force} {step}: {apart:?}"
+            );
+            // at the node itself: the force of one side acts for half a step too long
+            for map in ["", "phi_lagrangian = paper;", "phi_lagrangian = trapezoid;"] {
+                let (warnings, line) = run(&scene(map, force, step), &[]);
+                assert!(
+                    warnings.contains("within 1 step, first about t = 1"),
+                    "{map} {force} {step}: {warnings}"
+                );
+                let apart = (position(&line) - 1.0).abs();
+                assert!((apart - h).abs() < 1e-9, "{map} {force} {step}: {apart}");
+            }
+        }
+        // beside a node the middle of its leg is on one side
+        let (warnings, _) = run(
+            &scene("phi_lagrangian = midpoint;", force, "0.12"),
+            &["--until", "1.92"],
+        );
+        assert!(warnings.contains("within 1 step"), "{force}: {warnings}");
+    }
+}
