@@ -793,3 +793,107 @@ fn a_jump_at_a_node_is_told_where_the_step_is_evaluated_there() {
         assert!(warnings.contains("within 1 step"), "{force}: {warnings}");
     }
 }
+
+/// Pseudo-random numbers between -1 and 1 (D. H. Lehmer's generator).
+fn random(state: &mut u64) -> f64 {
+    *state = *state * 48_271 % 2_147_483_647;
+    *state as f64 / 1_073_741_823.5 - 1.0
+}
+
+/// Motions from rest, or along the place of a jump: both sides lead away where the accelerations across it point away from it on both.
+#[test]
+fn what_is_led_away_from_a_place_on_both_sides_asks_which() {
+    let methods: [&[&str]; 3] = [&[], &["--order", "4"], &["--tolerance", "1e-9"]];
+    let (mut state, mut counts) = (20_261, [0; 2]);
+    let mut number = || (100.0 * random(&mut state)).round() / 100.0;
+    for kind in 0..48 {
+        let [mass, place, jump, push, along] = [1.5 + number(), number(), 2.0 * number(), number(), number()];
+        // the direction across, with the components 3/5 and 4/5 or none of the second coordinate
+        let [n, m] = [[1.0, 0.0], [0.6, 0.8]][kind % 2];
+        let across = if kind % 2 == 0 {
+            format!("(x - {place})")
+        } else {
+            format!("(0.6 * x + 0.8 * y - {place})")
+        };
+        // the force along the direction on the side of positive values, and on the other
+        let (potential, force, [after, before]) = match kind / 2 % 4 {
+            0 => (
+                format!("+ {jump} * {across}.abs() + {push} * {across}"),
+                String::new(),
+                [jump + push, push - jump],
+            ),
+            1 => (
+                String::new(),
+                format!("{jump} * {across}.signum() + {push}"),
+                [jump + push, push - jump],
+            ),
+            2 => (
+                String::new(),
+                format!("(if {across} > 0 {{ {jump} }} else {{ {push} }})"),
+                [jump, push],
+            ),
+            // a corner of the force is no jump
+            _ => (
+                String::new(),
+                format!("{jump} * {across}.abs() + {push} * {across} * {across}.abs()"),
+                [0.0, 0.0],
+            ),
+        };
+        // the part of the force that is off the place, and a velocity along it, or across
+        let crosses = kind % 12 == 5;
+        let v = [
+            -m * along + if crosses { n } else { 0.0 },
+            n * along + if crosses { m } else { 0.0 },
+        ];
+        let force = if force.is_empty() { "0".to_owned() } else { force };
+        let text = format!(
+            "coordinates(x, y); lagrangian = {mass} * (dot(x).powi(2) + dot(y).powi(2)) / 2 {potential}; \
+             external_forces = ({n} * ({force}), {m} * ({force})); \
+             run {{ start = ([{}, {}], [{}, {}]); step = 0.01; until = 0.5; }}",
+            n * place,
+            m * place,
+            v[0],
+            v[1]
+        );
+        if kind / 2 % 4 < 3 && (after.abs() < 0.02 || before.abs() < 0.02) {
+            continue;
+        }
+        let forks = after > 0.0 && before < 0.0 && !crosses;
+        counts[usize::from(forks)] += 1;
+        for method in methods {
+            let (succeeds, [_, words]) = attempt(&text, "run", method);
+            let asks = words.contains("what is at rest may leave in more than one way, or stay");
+            assert_eq!(asks, forks, "{text} {method:?}: {words}");
+            assert!(!(succeeds && forks), "{text} {method:?}");
+        }
+    }
+    assert!(counts[0] > 10 && counts[1] > 8, "{counts:?}");
+    // several places at once, a force of which nothing depends, and one that vanishes with the distance
+    for (statements, forks) in [
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.abs() - y.abs();",
+            false,
+        ),
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + x.abs() + (x + y).abs();",
+            true,
+        ),
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; external_forces = (x.signum() * x, 0 * x.signum());",
+            false,
+        ),
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; external_forces = (x.max(0), 1 + x.signum());",
+            false,
+        ),
+    ] {
+        let text = format!(
+            "coordinates(x, y); {statements} run {{ start = ([0, 0], [0, 0]); step = 0.01; until = 0.5; }}"
+        );
+        for method in methods {
+            let (_, [_, words]) = attempt(&text, "run", method);
+            let asks = words.contains("what is at rest may leave in more than one way, or stay");
+            assert_eq!(asks, forks, "{text} {method:?}: {words}");
+        }
+    }
+}
