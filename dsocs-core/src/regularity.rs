@@ -7,7 +7,7 @@
 pub(crate) mod deficiency;
 pub(crate) mod dependence;
 pub(crate) mod flat;
-mod forks;
+pub(crate) mod forks;
 pub(crate) mod lengths;
 pub(crate) mod multipliers;
 pub(crate) mod resting;

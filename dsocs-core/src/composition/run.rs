@@ -18,7 +18,7 @@ use crate::kernel::run_state::MAX_ITERATIONS;
 use crate::kernel::run_state::past_is_short;
 use crate::number::composition::Composition;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, copy};
-use crate::regularity::{Regularity, resting};
+use crate::regularity::{Regularity, forks, resting};
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::Vector;
 use crate::solve::elimination::Determinant;
@@ -68,6 +68,8 @@ pub(crate) struct Composed<'s> {
     pub(super) force: Option<(u64, Vector)>,
     /// The arrival at the node where inputs changed last.
     arrived: Option<Box<ArrivalAtChange>>,
+    /// Whether the motion from the start is not unique, where a force jumps with the position.
+    begins_at_fork: bool,
 }
 
 /// The arrival at a node where inputs change. Several changes at one node are one: the velocity jumps from
@@ -191,6 +193,7 @@ impl<'s> Composed<'s> {
             joined = None;
         }
         let may_rest = kernel.shape().jumps && declaration.sides() > 0;
+        let begins_at_fork = forks::at_start(&declaration, (t0, &now.q.hi, &now.v.hi), h);
         let force = may_rest
             .then(|| resting::force(&declaration, now.point(t0)))
             .flatten()
@@ -218,6 +221,7 @@ impl<'s> Composed<'s> {
             watch: None,
             force,
             arrived: None,
+            begins_at_fork,
         };
         run.prepare();
         Ok(run)
@@ -629,6 +633,28 @@ impl<'s> Composed<'s> {
         })
     }
 
+    /// The error of a run whose motion may go on in more than one way from the start.
+    #[cold]
+    fn forked(&self) -> StepError {
+        let State { q, a, .. } = &self.run_state.now;
+        let none = Vector::zero(a.len());
+        let constants = constants_of(self.kernel, &self.values, self.h);
+        let (index, time) = (self.run_state.clock.index(), self.run_state.clock.time());
+        let leg = AnyLeg {
+            t: time,
+            q: &q.hi,
+            d: &none,
+        };
+        let step = Step::new((self.kernel, &self.values), &constants, leg, self.h);
+        let z = step.unknown(&none, &vec![0.0; self.kernel.shape().multipliers()]);
+        let failing = FailurePlace {
+            index,
+            time,
+            q0: &q.hi,
+        };
+        step.error(&failing, step.refused(StepFailure::Forks, &z))
+    }
+
     /// The error of a stage that could not be made.
     #[cold]
     fn failed(&self, place: usize, state: &State, cause: NewtonFailure) -> StageError {
@@ -783,6 +809,9 @@ impl Run for Composed<'_> {
     /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop
     /// and the guess of the first unusual stage.
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
+        if self.begins_at_fork && self.run_state.clock.index() == 0 {
+            return Err(self.forked().into());
+        }
         if self.may_rest {
             return self.make_with_sides();
         }

@@ -115,7 +115,7 @@ pub enum SeriesFailure {
     },
     /// A body at rest may go on in more than one way, where a force jumps with the velocity: it may leave to
     /// either side, as by a force along the velocity, or leave and stay, as with friction that raises its own
-    /// normal force.
+    /// normal force. Or the motion begins where a force jumps with the position, and leads away on both sides.
     #[error("what is at rest may leave in more than one way, or stay")]
     Forks,
     /// The velocity, or the position, would have to jump: the state before a switch, or before a time at
@@ -317,7 +317,7 @@ impl fmt::Display for SeriesError {
             (SeriesFailure::Forks, _) => write!(
                 f,
                 "the motion is not unique beyond t = {t}, ({}) = {q:?}, with the velocity {v:?}: what is at rest may leave in more than one way, or \
-                 stay, since a force jumps with the velocity, and more than one of its values there continues the motion; {FORKS}",
+                 stay, since a force jumps with the velocity or the position, and more than one of its values there continues the motion; {FORKS}",
                 coordinates.join(", ")
             ),
             (SeriesFailure::Jumps { switch, by }, _) => {

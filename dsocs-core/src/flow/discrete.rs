@@ -13,8 +13,8 @@ use crate::kernel::halt::{Halt, HaltReason};
 use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::kernel::run_state::RunState;
 use crate::number::point::{AnyLeg, AnyPoint, copy};
-use crate::regularity::Regularity;
 use crate::regularity::sticking::Outlook;
+use crate::regularity::{Regularity, forks};
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::Stop;
@@ -52,6 +52,8 @@ pub(crate) struct Discrete<'s> {
     pub(super) switches: Option<ArgumentSigns>,
     /// Whether the declaration has tables of samples.
     has_tables: bool,
+    /// Whether the motion from the start is not unique, where a force jumps with the position.
+    pub(super) begins_at_fork: bool,
 }
 
 /// The result of a step.
@@ -113,6 +115,10 @@ impl<'s> Discrete<'s> {
         };
         let switches = ArgumentSigns::of(&declaration);
         let has_tables = declaration.has_tables();
+        let begins_at_fork = {
+            let ComputedStart { t0, q0, v0, .. } = &computed_start;
+            switches.is_some() && forks::at_start(&declaration, (*t0, q0, v0), h)
+        };
         let constants = constants_of(kernel, &values, h);
         let run_state = RunState {
             given: computed_start.e.clone(),
@@ -136,6 +142,7 @@ impl<'s> Discrete<'s> {
             contacts,
             has_tables,
             switches,
+            begins_at_fork,
         })
     }
 

@@ -6,7 +6,10 @@
 //! so arguments that rest at the beginning or at the end of the step are not examined.
 
 use super::discrete::Discrete;
-use crate::number::point::AnyLeg;
+use crate::number::bounded::Bounded;
+use crate::number::point::{AnyLeg, OwnedLeg, map};
+use crate::number::scalar::Scalar as _;
+use crate::regularity::multipliers;
 use crate::regularity::sides::Piece;
 use crate::run::Unresolved;
 use crate::solve::{Vector, rotation};
@@ -16,6 +19,13 @@ use crate::step::crossing::StepPath;
 use crate::step::jumps;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
+
+/// A place of the path of a step nearer to its middle node than this, as a part of the step, is at the node.
+const AT_NODE: f64 = 1e-6;
+
+/// Parts of the step by which its first leg is moved along the motion, forth and back, to see whether its equations jump at the node: by the
+/// second, a smooth row changes by 1/16 of what it changes by the first, and one that jumps by as much.
+const MOVED_BY: [f64; 2] = [1.6e-4, 1e-5];
 
 /// The state of the arguments of piecewise functions.
 #[derive(Clone, Debug)]
@@ -39,6 +49,13 @@ pub(super) struct StepConditions<'a> {
 }
 
 impl StepConditions<'_> {
+    /// Whether an argument rests at an end of the step: then the declared equations alone do not determine the force.
+    fn rests(&self) -> bool {
+        [self.before, self.after]
+            .iter()
+            .any(|pieces| pieces.contains(&Piece::Between))
+    }
+
     /// Whether the change of sign of an argument in a step is examined, given the argument's number and its value at the end of the step.
     /// That of an argument that rests, comes to rest or is released is not; nor is that of one that keeps its side, since just after a
     /// release an argument is near zero.
@@ -99,7 +116,16 @@ impl Discrete<'_> {
             .inputs
             .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs));
         let paths: [(&MotionPath<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&path, [old, now])];
-        for (path, declarations) in &paths[usize::from(index != self.first_step())..] {
+        // at its middle node, the step is evaluated or is not: if not, a jump there is resolved
+        let resolves = |on: &StepPath<'_>, [before, after]: [f64; 2]| {
+            let is_at_node = (before - 0.5).abs().max((after - 0.5).abs()) < AT_NODE;
+            is_at_node && span.inputs.is_none() && !span.rests() && !self.jumps_at_node(&now, on.h, leg, e)
+        };
+        for (number, (path, declarations)) in paths
+            .iter()
+            .enumerate()
+            .skip(usize::from(index != self.first_step()))
+        {
             let found = switches::crossings(now, path, &mut switches.signs, |switch, last| {
                 span.is_examined(switch, last)
             });
@@ -111,7 +137,12 @@ impl Discrete<'_> {
             };
             for crossing in &found {
                 any = true;
-                part = part.max(on.jump_at(*crossing));
+                let jump = on.jump_at(*crossing);
+                if jump > jumps::REPORTED && jump.is_finite() && number == 1 && resolves(&on, crossing.parts)
+                {
+                    continue;
+                }
+                part = part.max(jump);
             }
             // a jump that is reported is enough; without one, features narrower than the step may lie at or
             // beside the change of sign
@@ -130,6 +161,42 @@ impl Discrete<'_> {
             Unresolved::count(&mut self.unresolved, time, part);
         }
         any
+    }
+
+    /// Whether the equations of a step jump as its nodes are moved a little along the motion: then they are evaluated at the middle node, on one
+    /// side of a jump there. Equations that are evaluated within the legs alone take each leg's own side, as the motion does. In third order
+    /// they are taken to jump.
+    #[cold]
+    fn jumps_at_node(&self, declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> bool {
+        let shape = self.shape();
+        if shape.is_of_third_order() {
+            return true;
+        }
+        let multipliers = multipliers::of_step(declaration, h, leg, e);
+        let rows = |part: f64| {
+            let by = leg.d.iter().map(|d| part * d).collect::<Vec<_>>();
+            let moved = OwnedLeg {
+                t: leg.t + part * h,
+                q: rotation::moved(&shape.rotations, leg.q, &by),
+                d: leg.d.iter().zip(e).map(|(d, e)| d + part * e).collect(),
+            };
+            declaration.declared(h, moved.any(), e, &multipliers)
+        };
+        let [far, near] = MOVED_BY.map(|part| [rows(-part), rows(part)]);
+        let bounded = |x: &[f64]| map(x, Bounded::splat);
+        let (q, d) = (bounded(leg.q), bounded(leg.d));
+        let leg = AnyLeg {
+            t: Bounded::splat(leg.t),
+            q: &q,
+            d: &d,
+        };
+        let errors = declaration.declared(Bounded::splat(h), leg, &bounded(e), &bounded(&multipliers));
+        errors.iter().enumerate().any(|(i, at)| {
+            let [far, near] = [&far, &near].map(|[before, after]| (after[i] - before[i]).abs());
+            // false also for a NaN
+            let is_smooth = near <= 2.0 * at.error() || near <= 0.5 * far;
+            !is_smooth
+        })
     }
 
     /// The number of the first solved step; in third order the start gives one.

@@ -244,7 +244,7 @@ impl Discrete<'_> {
     /// Whether the next step is the first, and the motion from the start is not unique.
     pub(super) fn begins_at_fork(&self) -> bool {
         let forks = self.contacts.as_ref().is_some_and(|contacts| contacts.forks);
-        forks && self.run_state.index() == self.first_step()
+        (forks || self.begins_at_fork) && self.run_state.index() == self.first_step()
     }
 
     /// Whether the motion is not unique where the next step begins, at rest.

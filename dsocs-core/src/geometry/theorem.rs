@@ -34,6 +34,8 @@ pub struct FlowTheorem {
     pub regularity: Regularity,
     /// Whether the declared equations are defined here: no denominator vanishes, and no factor that was divided out of a row.
     pub declared: bool,
+    /// Whether the equations have derivatives here, if they have values: a root of zero has none.
+    pub differentiable: bool,
 }
 
 impl FlowTheorem {
@@ -58,6 +60,7 @@ impl FlowTheorem {
             margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
             regularity,
             declared: fits && is_declared(&declaration, h, leg, e),
+            differentiable: !values.is_empty() || !fits || !has_value(&declaration, h, leg, e),
         }
     }
 
@@ -72,6 +75,13 @@ impl FlowTheorem {
     pub fn grants_flow(&self) -> bool {
         self.declared && self.has_constant_rank() && self.regularity.grants_flow()
     }
+}
+
+/// Whether the rows have values.
+fn has_value(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> bool {
+    let multipliers = vec![0.0; declaration.shape().multipliers()];
+    let rows = declaration.declared(h, leg, e, &multipliers);
+    rows.iter().all(|row| row.is_finite())
 }
 
 /// Whether no factor of a row vanishes. A factor that vanishes differs at a nearby point by as much as its own size. The distance of that

@@ -30,7 +30,7 @@ pub enum StepFailure {
     PassesRest,
     /// A body at rest may go on in more than one way, where a force jumps with the velocity: it may leave to
     /// either side, as by a force along the velocity, or leave and stay, as with friction that raises its own
-    /// normal force.
+    /// normal force. Or the motion begins where a force jumps with the position, and leads away on both sides.
     Forks,
     /// A rotation turns by half a turn or more in the step, so the sense of the turn is not determined.
     TurnsTooFar,
@@ -48,7 +48,8 @@ impl fmt::Display for StepFailure {
             Self::PassesSingularity => "the equations become singular on the way of this step",
             Self::PassesRest => "the motion passes through rest, where a constraint of third order does not determine how it goes on",
             Self::Forks => {
-                "what is at rest may leave in more than one way, or stay: a force jumps with the velocity, and more than one of its values there continues the motion"
+                "what is at rest may leave in more than one way, or stay: a force jumps with the velocity or the position, and more than one of its \
+                 values there continues the motion"
             },
             Self::TurnsTooFar => "a rotation turns by half a turn or more in this step",
             Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",

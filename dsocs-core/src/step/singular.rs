@@ -42,6 +42,10 @@ const AHEAD: f64 = 4.0;
 /// Number of steps back within which a rising determinant may come from zero.
 const BACK: f64 = 2.0;
 
+/// A place without an acceleration is replaced by one at this part of the way to the other place: there a quotient 0/0 with a limit has values. No
+/// whole number of the places ahead, so that one of them is near the zero of a determinant, but not at it.
+const BESIDE: f64 = 0.2;
+
 /// A determinant below this part of itself on the path ahead may pass through zero there, or touch it: a
 /// square has a zero without a change of sign, and the path is not quite straight.
 const VANISHES: f64 = 0.05;
@@ -88,9 +92,22 @@ pub(crate) fn change(
     steps: f64,
     near: &[f64],
 ) -> DeterminantChange {
-    let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
+    let rotations = &declaration.shape().rotations;
+    let solved = |place: &Place, other: &Place| {
+        if let Some(solved) = place.solve(declaration, near) {
+            return Some((0.0, place.clone(), solved));
+        }
+        let beside = place.towards(rotations, other, BESIDE);
+        let solved = beside.solve(declaration, near)?;
+        Some((BESIDE, beside, solved))
+    };
+    let [one, other] = places;
+    let [Some((left_out, one, first)), Some((more, other, second))] =
+        [solved(one, other), solved(other, one)]
+    else {
         return DeterminantChange::Falls;
     };
+    let steps = steps * (1.0 - left_out - more);
     let unit = second.determinant.exponent;
     let [before, now] = [first, second].map(|solved| solved.determinant.in_units_of(unit));
     if before * now < 0.0 {
@@ -99,12 +116,11 @@ pub(crate) fn change(
     // a nearly dependent constraint is reported from farther away: the path is not straight there
     let least = if declaration.lower() > 0 { FALLS } else { VANISHES };
     // in units of the distance of the two places, from the first
-    let rotations = &declaration.shape().rotations;
     let vanishes = |from: f64, to: f64, size: f64| {
         let count = f64::from(PLACES) * ((to - from) * steps).abs();
         let mut parts = (1..=PLACES * 4).map(f64::from).take_while(|part| *part <= count);
         parts.any(|part| {
-            let place = places[0].towards(rotations, places[1], from + (to - from) * part / count);
+            let place = one.towards(rotations, &other, from + (to - from) * part / count);
             let solved = place.solve(declaration, near);
             // a straight path may leave the domain of the declaration, and then tells nothing
             solved.is_some_and(|solved| {

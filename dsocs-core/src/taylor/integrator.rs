@@ -22,6 +22,7 @@ use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::number::compensated::Compensated;
 use crate::number::point::{AnyPoint, copy};
 use crate::regularity::deficiency::DependentRow;
+use crate::regularity::forks;
 use crate::run::{AnyPolynomial, RunError, Search};
 use crate::series::rows::Series;
 use crate::solve::newton::Stop;
@@ -213,6 +214,20 @@ impl Integrator {
         if self.watch.is_some() && !(rests && self.rest(equations, None)) {
             self.begin_at_switch(equations);
             self.look_for_forks(equations, None);
+            if self.steps == 0 {
+                let time = self
+                    .control
+                    .first_step(&self.next, self.order().min(self.next.order()));
+                let start = (self.t.hi[0], self.now.q(), self.now.v());
+                let forks = forks::at_start(
+                    &equations.declaration(),
+                    start,
+                    if time < 1e100 { time } else { 1.0 },
+                );
+                if let Some(watch) = &mut self.watch {
+                    watch.forks |= forks;
+                }
+            }
         }
     }
 

@@ -23,6 +23,7 @@ use crate::stability::{Bar, larger, measured_or_reason, written_time};
 use motion::extrapolation::QuadratureError;
 use motion::motions::{DoubtfulSteps, MotionNode, State};
 use motion::{CheckedMotion, motions, states_at};
+use order::FewErrors;
 use reasons::dependence::NearlyDependentConstraint;
 use reasons::large_numbers::RoundingOfLargeNumbers;
 use theorems::{contact, equations, flow, momentum, power, roots, symplectic};
@@ -118,10 +119,18 @@ const NOT_MEASURED: &str = "not measured, and so neither met nor missed: the fig
 const TOO_STIFF: &str = "not measured, and so neither met nor missed: the law of the continuous motion is an integral along it, which is too stiff for the \
     quadrature of this check; to see it, take a smaller `--step`: the integral reaches over some steps";
 
-/// The reason why a figure could not be measured, if the continuous motion, or an integral along it, is not to be had where it is looked at.
+/// The same where the errors of a motion do not show an order.
+const FEW_ERRORS: &str = "not measured, and so neither met nor missed: an order is the slope of at least three errors; to see it, give a larger \
+    step (`--step`)";
+
+/// The reason why a figure could not be measured, if the continuous motion, or an integral along it, is not to be had where it is looked at, or
+/// errors are too few.
 fn lacks_reference(error: &(dyn Error + 'static)) -> Option<&'static str> {
     if error.is::<QuadratureError>() {
         return Some(TOO_STIFF);
+    }
+    if error.is::<FewErrors>() {
+        return Some(FEW_ERRORS);
     }
     let is_series = error.is::<SeriesError>()
         || matches!(error.downcast_ref(), Some(RunError::Series(_)))

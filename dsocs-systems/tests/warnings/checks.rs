@@ -393,3 +393,40 @@ fn growth_does_not_depend_on_units() {
         "{table}"
     );
 }
+
+#[test]
+fn figures_whose_assumption_is_missing_are_open() {
+    let scene = |declaration: &str| {
+        format!("coordinates(x); {declaration} run {{ start = ([0], [0]); step = 0.01; until = 1; }}")
+    };
+    let force = |force: &str| {
+        scene(&format!(
+            "lagrangian = dot(x).powi(2) / 2; external_forces = ({force});"
+        ))
+    };
+    for (text, why) in [
+        // every jump lies at a node, and the rounding of the time decides its side
+        (
+            force("(2 * PI * t / 0.01).sin().signum()"),
+            "rounding decides on which side the node lies",
+        ),
+        (
+            force("-3 * x.signum() - dot(x).signum()"),
+            "rounding decides on which side the node lies",
+        ),
+        // no series leads through the start
+        (
+            scene("lagrangian = dot(x).powi(2) / 2 - x.abs();"),
+            "not measured",
+        ),
+        // no derivative along the whole motion
+        (force("x.abs().sqrt()"), "have a value, but no derivatives"),
+        // a force that every node sees with the same value
+        (
+            force("3 * (2 * PI * (t / 0.01 + 0.25)).sin()"),
+            "the slope of at least three errors",
+        ),
+    ] {
+        is_open(&text, why);
+    }
+}

@@ -712,3 +712,188 @@ fn nothing_is_said_of_functions_that_a_text_cannot_have() {
         "{output:?}"
     );
 }
+
+/// `Si(1)`, of which the motions below are multiples.
+const SINE_INTEGRAL: f64 = 0.946_083_070_367_183;
+
+#[test]
+fn a_quotient_with_a_limit_at_a_node_is_not_singular() {
+    let versine = SINE_INTEGRAL - (1.0 - 1_f64.cos());
+    for (force, end) in [
+        ("(t - 1).sin() / (t - 1)", 2.0 * SINE_INTEGRAL),
+        ("(1 - (t - 1).cos()) / (t - 1).powi(2)", 2.0 * versine),
+        // as a constraint, and beside a motion of another coordinate
+        ("0.5 * (2 * t - 2).sin() / (t - 1)", 2.0 * 0.802_706_488_401_347_2),
+    ] {
+        for text in [
+            format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};"),
+            format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = ddot(x) - {force}; constraint_forces = [(1)];"
+            ),
+        ] {
+            for step in ["0.01", "0.02", "0.05"] {
+                let text = format!("{text} run {{ start = ([0], [0]); step = {step}; until = 2; }}");
+                let (warnings, line) = run(&text, &[]);
+                assert_eq!(warnings, "", "{text}");
+                let h: f64 = step.parse().unwrap();
+                // where the force is even about the node, position and velocity at the end are the same number
+                let (apart, bound) = ((position(&line) - end).abs(), h * h);
+                assert!(apart < bound, "{text}: {apart:e}");
+            }
+        }
+    }
+    // a determinant that vanishes at a node is told
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = (t - 1) * ddot(x) - (t - 1.3).sin(); constraint_forces = [(1)]; \
+        run { start = ([0], [0]); step = 0.01; until = 2; }";
+    let (_, [_, words]) = attempt(text, "run", &[]);
+    assert!(words.contains("nearly singular"), "{words}");
+}
+
+/// A force that is 1 up to the time or the place at which the mass is at 1/2, then -1: it comes back to rest at x = 1 and t = 2.
+#[test]
+fn a_jump_at_a_node_is_told_where_the_step_is_evaluated_there() {
+    let scene = |map: &str, force: &str, step: &str| {
+        format!(
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + 2 * dot(y).powi(2)) / 2; {map} external_forces = ({force}, 0.3); \
+             run {{ start = ([0, 0], [0, 0]); step = {step}; until = 2; }}"
+        )
+    };
+    let velocity = |line: &str| line.split(',').nth(3).unwrap().parse::<f64>().unwrap();
+    for force in [
+        "if t < 1 { 1 } else { -1 }",
+        "(1 - t).signum()",
+        "if x < 0.5 { 1 } else { -1 }",
+    ] {
+        for step in ["0.25", "0.125", "0.0625"] {
+            let h: f64 = step.parse().unwrap();
+            // within the legs alone: each leg has its own side
+            let (warnings, line) = run(&scene("phi_lagrangian = midpoint;", force, step), &[]);
+            assert_eq!(warnings, "", "{force} {step}");
+            let apart = [position(&line) - 1.0, velocity(&line)];
+            assert!(
+                apart.iter().all(|apart| apart.abs() < 1e-12),
+                "{force} {step}: {apart:?}"
+            );
+            // at the node itself: the force of one side acts for half a step too long
+            for map in ["", "phi_lagrangian = paper;", "phi_lagrangian = trapezoid;"] {
+                let (warnings, line) = run(&scene(map, force, step), &[]);
+                assert!(
+                    warnings.contains("within 1 step, first about t = 1"),
+                    "{map} {force} {step}: {warnings}"
+                );
+                let apart = (position(&line) - 1.0).abs();
+                assert!((apart - h).abs() < 1e-9, "{map} {force} {step}: {apart}");
+            }
+        }
+        // beside a node the middle of its leg is on one side
+        let (warnings, _) = run(
+            &scene("phi_lagrangian = midpoint;", force, "0.12"),
+            &["--until", "1.92"],
+        );
+        assert!(warnings.contains("within 1 step"), "{force}: {warnings}");
+    }
+}
+
+/// Pseudo-random numbers between -1 and 1 (D. H. Lehmer's generator).
+fn random(state: &mut u64) -> f64 {
+    *state = *state * 48_271 % 2_147_483_647;
+    *state as f64 / 1_073_741_823.5 - 1.0
+}
+
+/// Motions from rest, or along the place of a jump: both sides lead away where the accelerations across it point away from it on both.
+#[test]
+fn what_is_led_away_from_a_place_on_both_sides_asks_which() {
+    let methods: [&[&str]; 3] = [&[], &["--order", "4"], &["--tolerance", "1e-9"]];
+    let (mut state, mut counts) = (20_261, [0; 2]);
+    let mut number = || (100.0 * random(&mut state)).round() / 100.0;
+    for kind in 0..48 {
+        let [mass, place, jump, push, along] = [1.5 + number(), number(), 2.0 * number(), number(), number()];
+        // the direction across, with the components 3/5 and 4/5 or none of the second coordinate
+        let [n, m] = [[1.0, 0.0], [0.6, 0.8]][kind % 2];
+        let across = if kind % 2 == 0 {
+            format!("(x - {place})")
+        } else {
+            format!("(0.6 * x + 0.8 * y - {place})")
+        };
+        // the force along the direction on the side of positive values, and on the other
+        let (potential, force, [after, before]) = match kind / 2 % 4 {
+            0 => (
+                format!("+ {jump} * {across}.abs() + {push} * {across}"),
+                String::new(),
+                [jump + push, push - jump],
+            ),
+            1 => (
+                String::new(),
+                format!("{jump} * {across}.signum() + {push}"),
+                [jump + push, push - jump],
+            ),
+            2 => (
+                String::new(),
+                format!("(if {across} > 0 {{ {jump} }} else {{ {push} }})"),
+                [jump, push],
+            ),
+            // a corner of the force is no jump
+            _ => (
+                String::new(),
+                format!("{jump} * {across}.abs() + {push} * {across} * {across}.abs()"),
+                [0.0, 0.0],
+            ),
+        };
+        // the part of the force that is off the place, and a velocity along it, or across
+        let crosses = kind % 12 == 5;
+        let v = [
+            -m * along + if crosses { n } else { 0.0 },
+            n * along + if crosses { m } else { 0.0 },
+        ];
+        let force = if force.is_empty() { "0".to_owned() } else { force };
+        let text = format!(
+            "coordinates(x, y); lagrangian = {mass} * (dot(x).powi(2) + dot(y).powi(2)) / 2 {potential}; \
+             external_forces = ({n} * ({force}), {m} * ({force})); \
+             run {{ start = ([{}, {}], [{}, {}]); step = 0.01; until = 0.5; }}",
+            n * place,
+            m * place,
+            v[0],
+            v[1]
+        );
+        if kind / 2 % 4 < 3 && (after.abs() < 0.02 || before.abs() < 0.02) {
+            continue;
+        }
+        let forks = after > 0.0 && before < 0.0 && !crosses;
+        counts[usize::from(forks)] += 1;
+        for method in methods {
+            let (succeeds, [_, words]) = attempt(&text, "run", method);
+            let asks = words.contains("what is at rest may leave in more than one way, or stay");
+            assert_eq!(asks, forks, "{text} {method:?}: {words}");
+            assert!(!(succeeds && forks), "{text} {method:?}");
+        }
+    }
+    assert!(counts[0] > 10 && counts[1] > 8, "{counts:?}");
+    // several places at once, a force of which nothing depends, and one that vanishes with the distance
+    for (statements, forks) in [
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.abs() - y.abs();",
+            false,
+        ),
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + x.abs() + (x + y).abs();",
+            true,
+        ),
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; external_forces = (x.signum() * x, 0 * x.signum());",
+            false,
+        ),
+        (
+            "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; external_forces = (x.max(0), 1 + x.signum());",
+            false,
+        ),
+    ] {
+        let text = format!(
+            "coordinates(x, y); {statements} run {{ start = ([0, 0], [0, 0]); step = 0.01; until = 0.5; }}"
+        );
+        for method in methods {
+            let (_, [_, words]) = attempt(&text, "run", method);
+            let asks = words.contains("what is at rest may leave in more than one way, or stay");
+            assert_eq!(asks, forks, "{text} {method:?}: {words}");
+        }
+    }
+}

@@ -7,7 +7,7 @@ use std::cell::OnceCell;
 use std::ops::Range;
 use std::rc::Rc;
 
-use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
+use dsocs_core::geometry::{DiscreteFlow, FlowTheorem, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
 use crate::check::order::{self, Compared, Shared};
@@ -72,6 +72,8 @@ pub struct CheckedMotion<'a> {
     pub early: Vec<Triple>,
     /// States of the continuous motion, evenly spread.
     pub states: Vec<State>,
+    /// The number of triples that are left out, since the equations have no derivatives there.
+    pub without_derivative: usize,
     /// The constraint that is nearly dependent on the others, if its rounding shows.
     pub dependent: Option<NearlyDependentConstraint>,
     /// The rounding of large times and positions.
@@ -113,11 +115,17 @@ impl<'a> CheckedMotion<'a> {
         let early = (0..motion.legs.len().min(EARLY_STEPS) - 1).step_by(2);
         let early: Vec<usize> = early.filter(|&place| !motion.held[place]).collect();
         let of = |places: &[usize]| triples(&flow, &motion.legs, places);
-        let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
+        let mut all = [of(&places)?, of(&spread)?, of(&early)?];
+        let count = all[0].len();
+        for triples in &mut all {
+            triples.retain(|triple| FlowTheorem::at(kernel, h, triple.leg.any(), &triple.e).differentiable);
+        }
+        let [at_places, at_spread, at_early] = all;
         Ok(Self {
             system,
             kernel,
             large_numbers: RoundingOfLargeNumbers::along(kernel, h, &motion.legs, &at_places),
+            without_derivative: count - at_places.len(),
             triples: at_places,
             spread: at_spread,
             early: at_early,

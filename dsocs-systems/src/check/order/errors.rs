@@ -103,7 +103,7 @@ fn compare(motion: &CheckedMotion<'_>, finest: u32) -> Measured<Compared> {
     };
     times.truncate(count);
     if let (0, Some(ended)) = (count, &ended) {
-        return Err(ended.to_string().into());
+        return Err(ended.clone().into());
     }
     let system = motion.kernel;
     let constrained = motion.expected.kind != Kind::Unconstrained;

@@ -162,6 +162,11 @@ fn ends_before(motion: &CheckedMotion<'_>, times: &[f64]) -> bool {
     motion.legs.len() <= MOST_STEPS + 1 && left > 2.0 * motion.h.abs()
 }
 
+/// Fewer than three errors are above rounding, too few for a slope.
+#[derive(Debug, thiserror::Error)]
+#[error("fewer than three errors are above rounding")]
+pub struct FewErrors;
+
 /// Reports that fewer than three errors of a quantity are above rounding; `until` is the time up to which errors are compared, if the window is
 /// longer.
 fn report_too_few(
@@ -184,11 +189,10 @@ fn report_too_few(
         );
         report.note("no order is fitted; a larger step may show one");
     } else if k == 0 {
-        let error = "fewer than three errors are above rounding: give a larger step";
         report.push(
             "slope of the errors of position",
             Bar::Reported,
-            Err(error.into()),
+            Err(FewErrors.into()),
         );
     } else {
         report.note(&format!(

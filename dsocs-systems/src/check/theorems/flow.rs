@@ -41,6 +41,13 @@ pub fn regularity(motion: &CheckedMotion<'_>, report: &mut Report) {
         Bar::AtMost(0.0),
         count(|theorem| !theorem.has_constant_rank() || !theorem.declared),
     );
+    if motion.without_derivative > 0 {
+        report.note(&format!(
+            "{} triples are left out of all that is about single triples: there the equations have a value, but no derivatives, as those of a root have \
+             none at its zero",
+            motion.without_derivative
+        ));
+    }
     report.push(
         "triples where D₃ is not injective",
         Bar::AtMost(0.0),
@@ -52,7 +59,9 @@ pub fn regularity(motion: &CheckedMotion<'_>, report: &mut Report) {
         count(|theorem| !theorem.regularity.grants_backward()),
     );
     if theorems.is_empty() {
-        report.note("no triple is left to be looked at: in every step something rests or jumps");
+        report.note(
+            "no triple is left to be looked at: in every step something rests or jumps, or has no derivative",
+        );
         return;
     }
     report.push(
