@@ -375,6 +375,12 @@ impl Integrator {
         forks(until).then(|| first([0.0, until], &forks))
     }
 
+    /// The length of a step that ends at a representable time. A release before its time would not be one: the side would hold the body again.
+    fn ended(&self, (length, left): (f64, f64), is_release: bool) -> f64 {
+        let later = length + self.rounding_of_time();
+        self.representable(if is_release && later < left { later } else { length })
+    }
+
     /// Makes one step with a body at rest.
     #[cold]
     pub(super) fn step_at_rest(
@@ -408,16 +414,9 @@ impl Integrator {
         let whole = size == left && event.is_none() && fork.is_none();
         let (event, mut part) = fork.map_or((event, part), |part| (None, part));
         if !whole {
-            // a release before its time would not be one: the side would hold the body again
             let is_release =
                 matches!(event, Some((_, Event::Side(g))) if sticking.pieces[g] == Piece::Between);
-            let later = part * size + self.rounding_of_time();
-            let length = if is_release && later < left {
-                later
-            } else {
-                part * size
-            };
-            part = self.representable(length) / size;
+            part = self.ended((part * size, left), is_release) / size;
         }
         self.take(equations, &way, part);
         if whole {

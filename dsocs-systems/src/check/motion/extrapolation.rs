@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_kepler_orbit_closes() -> Measured<()> {
+    fn a_kepler_orbit_closes() -> Result<(), QuadratureError> {
         // eccentricity 0.6, period 2π
         let start = [0.4, 0.0, 0.0, 2.0];
         let mut orbit = |state: &[f64], rate: &mut [f64]| {
