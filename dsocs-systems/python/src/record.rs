@@ -214,7 +214,7 @@ impl Record {
         // the work between nodes that are not kept is not known
         if self.every == 1 || !self.warnings.ask_for_all() {
             self.warnings.look(&node, || Row {
-                before: (self.rows > 0).then(|| before.any()),
+                before: (self.rows > 0).then_some(&*before),
                 ..Row::of(node, run.declaration_at_node())
             });
         }

@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, RunError, Unresolved};
+use dsocs_core::{AnyNode, Declaration, NearlySingular, OwnedNode, Regularity, RunError, Unresolved};
 
 use super::Plan;
 use super::description::Description;
@@ -11,8 +11,8 @@ use super::description::Description;
 pub struct Row<'a> {
     /// The node.
     pub node: AnyNode<'a>,
-    /// The row before, if there is one: with steps the other end of the step.
-    pub before: Option<AnyNode<'a>>,
+    /// The node before, if there is one: with steps the other end of the step.
+    pub before: Option<&'a OwnedNode>,
     /// The declaration, with the values that its parameters have at the node.
     pub declaration: Declaration<'a>,
     /// The smallest singular values of `D₃` and `D₁` at the node, in a certified run.

@@ -72,7 +72,7 @@ impl Resolution {
 
     #[cold]
     fn look_at_step(&mut self, row: &Row<'_>) {
-        let found = row.before.and_then(|before| examine(row, &before));
+        let found = row.before.and_then(|before| examine(row, &before.any()));
         let size = self.found.as_ref().map_or(0.0, Found::size);
         self.found = found.filter(|found| found.size() > size).or(self.found.take());
     }

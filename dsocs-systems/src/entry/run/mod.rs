@@ -168,14 +168,19 @@ fn pass_on_nodes(
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
     let n = run.kernel().shape().dimension();
-    let (mut before, mut node, mut is_first) = (OwnedNode::new(n), OwnedNode::new(n), true);
+    let (mut nodes, mut made) = ([OwnedNode::new(n), OwnedNode::new(n)], 0_u64);
     let is_driven = !plan.inputs.is_empty();
     let mut unknown = None;
     let mut take = |run: &dyn Run| {
-        core::mem::swap(&mut before, &mut node);
+        let [even, odd] = &mut nodes;
+        let (before, node) = if made.is_multiple_of(2) {
+            (odd, even)
+        } else {
+            (even, odd)
+        };
         node.take(run);
-        let is_first = core::mem::replace(&mut is_first, false);
-        let node = node.any();
+        let (before, node) = ((made > 0).then_some(&*before), node.any());
+        made += 1;
         let declaration = if is_driven {
             // the values of the inputs before the node
             run.declaration_at_node()
@@ -187,7 +192,7 @@ fn pass_on_nodes(
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
             unresolved: run.unresolved(),
             nearly_singular: run.nearly_singular(),
-            before: (!is_first).then(|| before.any()),
+            before,
             ..Row::of(node, declaration)
         };
         let Some(error) = &mut error else {
