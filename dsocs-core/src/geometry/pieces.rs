@@ -14,7 +14,9 @@ pub fn corners(system: &dyn Kernel, places: [AnyPoint<'_, f64>; 2]) -> usize {
     let declaration = Declaration::of(system);
     let [before, now] = places.map(|AnyPoint { t, q, v, a }| switch_arguments(&declaration, (t, q, v, a)));
     let pairs = before.iter().zip(&now);
-    let signs = pairs.filter(|(before, now)| *before * *now < 0.0).count();
+    // an argument that is zero at a place changes there, or touches zero
+    let changes = |before: f64, now: f64| before * now < 0.0 || (before != 0.0 && now == 0.0);
+    let signs = pairs.filter(|(before, now)| changes(**before, **now)).count();
     if !declaration.has_tables() {
         return signs;
     }

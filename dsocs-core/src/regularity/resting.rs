@@ -186,7 +186,7 @@ impl<'a> AtPoint<'a> {
     }
 
     /// The accelerations and multipliers for given sides.
-    pub(super) fn unknowns(&self, sides: &[f64], zero: &[bool], multipliers: usize) -> Option<Vec<f64>> {
+    pub(crate) fn unknowns(&self, sides: &[f64], zero: &[bool], multipliers: usize) -> Option<Vec<f64>> {
         let mut x = vec![0.0; self.q.len() + multipliers];
         for _ in 0..MAX_ITERATIONS {
             let at = self.linearize(&x, sides, zero);

@@ -3,6 +3,7 @@
 //! A step is a motion from the middle of one leg to that of the next (see [`crate::regularity::sticking`]). The start has to lead to the middle of
 //! the first leg as accurately: if an argument changes its sign before, the acceleration of the start does not act until there.
 
+use crate::number::{larger, largest};
 use crate::regularity::resting::AtPoint;
 use crate::regularity::sticking;
 use crate::solve::Vector;
@@ -12,6 +13,9 @@ use crate::tape::declaration::Declaration;
 
 /// Largest number of arrivals at zero, for each argument.
 const ARRIVALS: usize = 4;
+
+/// A function jumps if the accelerations on both sides differ by more than this part of that at the start: that of a root vanishes with its argument.
+const JUMPS: f64 = 1e-3;
 
 /// The acceleration whose part over the half leg changes the velocity as the motion does, if a function jumps with the velocity there, and `a0`
 /// is the acceleration at the start; `None` if none does. Arguments and velocities change linearly, to second order.
@@ -59,7 +63,20 @@ pub(crate) fn mean_acceleration(
         for (g, part) in arrivals {
             zero[g] |= part <= first;
         }
-        let found = AtPoint::new(*declaration, (t, &q, &v)).solve(&zero, multipliers, Some(&a))?;
+        let point = AtPoint::new(*declaration, (t, &q, &v));
+        let on_side = |side: f64| {
+            let own = sides
+                .iter()
+                .zip(&zero)
+                .map(|(own, zero)| if *zero { side } else { *own });
+            point.unknowns(&own.collect::<Vec<f64>>(), &zero, multipliers)
+        };
+        let apart = on_side(1.0)?.into_iter().zip(on_side(-1.0)?).take(a.len());
+        let apart = apart.fold(0.0_f64, |most, (one, other)| larger(most, (one - other).abs()));
+        if apart <= JUMPS * largest(a0) || apart.is_nan() {
+            return None;
+        }
+        let found = point.solve(&zero, multipliers, Some(&a))?;
         a = found.x.get(..a.len())?.to_vec();
         for (side, piece) in sides
             .iter_mut()

@@ -186,9 +186,10 @@ impl Integrator {
     }
 
     /// An argument that will be zero within this time counts as zero, for a motion with the time scale `tau`:
-    /// late times are known no better than to their rounding, and arguments of moving surfaces with them.
+    /// late times are known no better than to their rounding, and arguments of moving surfaces with them. No step is shorter than the
+    /// smallest: at the end of a run to a node of inputs a velocity may be a rounding of zero that no step takes away.
     fn arrival(&self, tau: f64) -> f64 {
-        ARRIVES * tau.abs() + ROUNDINGS_OF_TIME * self.rounding_of_time()
+        ARRIVES * tau.abs() + ROUNDINGS_OF_TIME * self.rounding_of_time() + self.smallest_step(self.time())
     }
 
     /// The time scale that the series tells; `None` if the motion is uniform, or uniformly accelerated.
@@ -263,18 +264,26 @@ impl Integrator {
                     self.rounding_of_time() / h * moves.sum::<f64>()
                 };
                 // a jump of a resting body's law shows in its side alone
-                let mut unsteady = 0.0_f64;
+                let mut tails_of_sides = Vec::with_capacity(sides.len());
                 for (coefficient, values) in way.sides.iter_mut().zip(&sides) {
                     let tail;
                     (*coefficient, tail) = coefficients(values);
-                    unsteady = larger(unsteady, tail - tail.min(late(values)));
+                    tails_of_sides.push(tail - tail.min(late(values)));
                 }
+                let known_to = self.control.relative().max(LEAST_TAIL);
+                if tails_of_sides.iter().any(|tail| *tail > known_to) {
+                    let noise = self.noise_of_sides(equations, sticking, &way);
+                    for (tail, noise) in tails_of_sides.iter_mut().zip(noise) {
+                        *tail -= tail.min(COUNT as f64 * noise);
+                    }
+                }
+                let unsteady = tails_of_sides.into_iter().fold(0.0, larger);
                 for (i, tail) in tails.iter_mut().enumerate() {
                     let rounding = ROUNDINGS * f64::EPSILON * (held.reach[i] + held.x[i].abs());
                     *tail = (*tail - rounding - late(&values[i])).max(0.0);
                 }
                 let error = self.control.excess(v, &held.x[..n], &tails, h);
-                let error = larger(error, unsteady / self.control.relative().max(LEAST_TAIL));
+                let error = larger(error, unsteady / known_to);
                 way.error = larger(error, way.truncated() / self.control.relative().max(f64::EPSILON));
                 way.end = held;
                 return Some(way);
@@ -285,6 +294,45 @@ impl Integrator {
             last = change;
         }
         None
+    }
+
+    /// The changes of the sides by one rounding of time, positions and velocities, at the ends of a path: of a force that is the difference of large
+    /// ones, or at late times, a side is known no better.
+    #[cold]
+    fn noise_of_sides(&self, equations: &dyn SeriesKernel, sticking: &Sticking, way: &HeldPath) -> Vec<f64> {
+        let declaration = equations.declaration();
+        let mut noise = vec![0.0_f64; sticking.pieces.len()];
+        for x in [0.0, 1.0] {
+            let (t, (q, v)) = (self.t.hi[0] + x * way.h, way.at((self.now.q(), self.now.v()), x));
+            let sides = |t: f64, q: &[f64], v: &[f64]| {
+                let held = AtPoint::new(declaration, (t, q, v)).held(&sticking.pieces, &way.end);
+                held.map(|held| held.sides)
+            };
+            let Some(own) = sides(t, &q, &v) else {
+                continue;
+            };
+            let mut sum = vec![0.0; noise.len()];
+            let mut add = |beside: Option<Vec<f64>>| {
+                let both = beside.iter().flatten().zip(&own);
+                for (sum, (beside, own)) in sum.iter_mut().zip(both) {
+                    *sum += (beside - own).abs();
+                }
+            };
+            add(sides(t + self.rounding_of_time(), &q, &v));
+            let rounded = |x: &[f64], i: usize| {
+                let mut rounded = x.to_vec();
+                rounded[i] *= 1.0 + f64::EPSILON;
+                rounded
+            };
+            for i in 0..q.len() {
+                add(sides(t, &rounded(&q, i), &v));
+                add(sides(t, &q, &rounded(&v, i)));
+            }
+            for (noise, sum) in noise.iter_mut().zip(sum) {
+                *noise = noise.max(sum);
+            }
+        }
+        noise
     }
 
     /// The first event on a path, as a part of it.

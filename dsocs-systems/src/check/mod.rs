@@ -15,6 +15,7 @@ pub(crate) mod third;
 use std::error::Error;
 
 use dsocs_core::__private::TapeKernel;
+use dsocs_core::geometry::GeometryError;
 use dsocs_core::{NearlySingular, RunError, SeriesError, SetupError, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
@@ -123,14 +124,32 @@ const TOO_STIFF: &str = "not measured, and so neither met nor missed: the law of
 const FEW_ERRORS: &str = "not measured, and so neither met nor missed: an order is the slope of at least three errors; to see it, give a larger \
     step (`--step`)";
 
-/// The reason why a figure could not be measured, if the continuous motion, or an integral along it, is not to be had where it is looked at, or
-/// errors are too few.
+/// The same where a state that is looked at lies on a quotient 0/0, which a step passes by its limit, or where a function has no derivative.
+const NO_VALUE: &str = "not measured, and so neither met nor missed: an expression of the declaration, or a derivative of it, has no value at a state that is \
+    looked at, as of a quotient 0/0 at a node; to see it, take another `--step`, begin elsewhere, or end before (`--until`)";
+
+/// The reason why a figure could not be measured, if the continuous motion, or an integral along it, is not to be had where it is looked at, errors
+/// are too few, or a state has no value there.
 fn lacks_reference(error: &(dyn Error + 'static)) -> Option<&'static str> {
     if error.is::<QuadratureError>() {
         return Some(TOO_STIFF);
     }
     if error.is::<FewErrors>() {
         return Some(FEW_ERRORS);
+    }
+    let setup = match error.downcast_ref() {
+        Some(GeometryError::Setup(setup)) => Some(setup),
+        _ => error.downcast_ref::<SetupError>(),
+    };
+    let is_undefined = matches!(
+        setup,
+        Some(SetupError::Acceleration {
+            undefined: Some(_),
+            ..
+        })
+    ) || matches!(error.downcast_ref(), Some(GeometryError::Inverse { q2, .. }) if q2.iter().any(|q| q.is_nan()));
+    if is_undefined {
+        return Some(NO_VALUE);
     }
     let is_series = error.is::<SeriesError>()
         || matches!(error.downcast_ref(), Some(RunError::Series(_)))
@@ -152,10 +171,11 @@ struct Report {
 impl Report {
     /// Adds a figure, or the reason why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
-        let excuse = measured
-            .as_ref()
-            .err()
-            .and_then(|error| lacks_reference(&**error));
+        let excuse = match &measured {
+            Ok(figure) if figure.is_nan() => Some(NO_VALUE),
+            Ok(_) => None,
+            Err(error) => lacks_reference(&**error),
+        };
         let (figure, failure) = measured_or_reason(measured);
         self.findings.push(Finding {
             check: self.check,
@@ -188,8 +208,8 @@ impl Report {
                 Err(error) => Err(error.to_string().into()),
             };
             self.push(what, bar, figure);
-            if let Some(last) = self.findings.last_mut() {
-                last.excuse = excuse.map(str::to_owned);
+            if let (Some(excuse), Some(last)) = (excuse, self.findings.last_mut()) {
+                last.excuse = Some(excuse.to_owned());
             }
         }
     }

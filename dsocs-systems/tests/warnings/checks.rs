@@ -222,6 +222,34 @@ fn an_energy_that_jumps_without_a_force_is_open() {
     }
 }
 
+/// Quotients 0/0 at a node are passed by their limit; the theorems need derivatives there.
+#[test]
+fn a_quotient_without_a_value_at_a_node_is_open() {
+    for force in ["(t - 1).sin() / (t - 1)", "(1 - (t - 1).cos()) / (t - 1).powi(2)"] {
+        is_open(
+            &format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force}; \
+                 run {{ start = ([0], [0]); step = 0.125; until = 2; }}"
+            ),
+            "has no value at a state",
+        );
+    }
+}
+
+/// A jump exactly at a node, which the middles of legs do not see: the velocity at that node is the mean of those on both sides.
+#[test]
+fn a_jump_at_a_node_costs_the_velocity_there_an_order() {
+    for force in ["if x < 1 { 0 } else { -2 }", "if t < 1 { 1 } else { -1 }"] {
+        is_open(
+            &format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = ({force}); phi_lagrangian = midpoint; \
+                 run {{ start = ([0], [1]); step = 0.125; until = 2.5; }}"
+            ),
+            "at a node beside it",
+        );
+    }
+}
+
 /// Where a mass rests in the whole window, no triple can be tested, and nothing has failed.
 #[test]
 fn a_motion_that_rests_all_the_time_passes() {

@@ -144,3 +144,23 @@ fn values_that_never_hold_are_told_and_no_others() {
     }
     assert!(warned >= 8 && silent >= 4, "{warned} {silent}");
 }
+
+/// A mass that a brake stops exactly at a node, beside which the velocity is zero by rounding alone: errors are estimated beyond.
+#[test]
+fn errors_are_estimated_beyond_a_stop_at_a_node_of_an_input() {
+    let text = "parameters { brake = 0.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -brake * dot(x).signum(); \
+        run { start = ([0], [3]); step = 0.125; until = 4; }";
+    for plan in ["0.5,2\n1.5,0\n2,2\n", "0,2\n1,0\n2,2\n", "0.5,1.5\n"] {
+        let files = [("plan.csv", plan.to_owned())];
+        let (succeeds, [_, warnings]) = attempt_with(
+            &files,
+            text,
+            "run",
+            &["--input", "brake=plan.csv", "--estimate-error"],
+        );
+        assert!(
+            succeeds && !warnings.contains("cannot be estimated"),
+            "{plan}: {warnings}"
+        );
+    }
+}

@@ -131,3 +131,37 @@ fn series_are_released_at_late_times_as_at_early_ones() {
         }
     }
 }
+
+/// A mass on a spring rides on a surface that swings with the spring's frequency, so that the friction that holds it is constant: the difference of
+/// two forces, which late times, or a spring far from the origin, leave few digits.
+#[test]
+fn series_rest_where_the_holding_force_has_few_digits() {
+    for (clock, far) in [(0.0, 0.0), (1e8, 0.0), (1e9, 0.0), (0.0, 1e8), (0.0, 3e7)] {
+        let text = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - (x - {far:?}).powi(2) / 2; \
+             external_forces = -0.1 * (dot(x) - 0.1 * (t - {clock:?}).cos()).signum();"
+        );
+        let text = Text::parse("resonant belt", &text).unwrap();
+        for tolerance in [1e-7, 1e-9, 1e-12] {
+            let start = Start::second_order([far], [0.1]).at(clock);
+            let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+            let node = match flow.to(clock + 6.0) {
+                Ok(node) => node,
+                Err(error) => panic!("{clock} {far} {tolerance}: {error}"),
+            };
+            let exact = [far + 0.1 * 6.0_f64.sin(), 0.1 * 6.0_f64.cos()];
+            let bound = tolerance.max(1e-12) * 100.0 + 16.0 * f64::EPSILON * (clock + far);
+            for (found, exact) in [node.q[0], node.v[0]].iter().zip(exact) {
+                assert!(
+                    (found - exact).abs() < bound,
+                    "{clock} {far} {tolerance}: {found} for {exact}"
+                );
+            }
+            assert!(
+                flow.steps() < 2000,
+                "{clock} {far} {tolerance}: {} steps",
+                flow.steps()
+            );
+        }
+    }
+}
