@@ -15,7 +15,6 @@ const RUNS: usize = 8;
 const LIMITS: [usize; 2] = [60, 1_000];
 
 /// The reason why an integral is not reached.
-#[derive(Debug)]
 pub enum QuadratureError {
     /// No step is small enough at a time, or the rates are not finite there.
     NoStep(f64),
@@ -39,6 +38,8 @@ impl fmt::Display for QuadratureError {
 }
 
 impl std::error::Error for QuadratureError {}
+
+dsocs_core::debug_is_message!(QuadratureError);
 
 /// Writes the rate of change of a state, its first argument, into the second.
 pub type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);

@@ -163,9 +163,11 @@ fn ends_before(motion: &CheckedMotion<'_>, times: &[f64]) -> bool {
 }
 
 /// Fewer than three errors are above rounding, too few for a slope.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[error("fewer than three errors are above rounding")]
 pub struct FewErrors;
+
+dsocs_core::debug_is_message!(FewErrors);
 
 /// Reports that fewer than three errors of a quantity are above rounding; `until` is the time up to which errors are compared, if the window is
 /// longer.
