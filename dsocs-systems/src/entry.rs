@@ -52,7 +52,7 @@ use dsocs_core::{Kernel, Quantity, Samples, System};
 
 use crate::check::Expected;
 
-pub use columns::{Column, Row, columns};
+pub use columns::{Column, LastNodes, Row, columns};
 pub use description::{Description, Kind};
 pub(crate) use drawing::Face;
 pub use drawing::{Drawing, Parameters, Shape, Solid, about, along, rotated};

@@ -215,15 +215,9 @@ impl Integrator {
             self.begin_at_switch(equations);
             self.look_for_forks(equations, None);
             if self.steps == 0 {
-                let time = self
-                    .control
-                    .first_step(&self.next, self.order().min(self.next.order()));
+                let time = self.scale_of_series().unwrap_or(1.0);
                 let start = (self.t.hi[0], self.now.q(), self.now.v());
-                let forks = forks::at_start(
-                    &equations.declaration(),
-                    start,
-                    if time < 1e100 { time } else { 1.0 },
-                );
+                let forks = forks::at_start(&equations.declaration(), start, time);
                 if let Some(watch) = &mut self.watch {
                     watch.forks |= forks;
                 }

@@ -193,7 +193,7 @@ impl Integrator {
     }
 
     /// The time scale that the series tells; `None` if the motion is uniform, or uniformly accelerated.
-    fn scale_of_series(&self) -> Option<f64> {
+    pub(super) fn scale_of_series(&self) -> Option<f64> {
         let order = self.order().min(self.next.order());
         let step = self.control.first_step(&self.next, order);
         (step > 0.0 && step < 1e100).then_some(step)

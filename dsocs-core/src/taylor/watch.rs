@@ -363,7 +363,7 @@ impl Integrator {
         self.known = None;
         watch.touched.clear();
         watch.since = self.time();
-        // that of a velocity may be larger than all that an argument changes in a short step
+        // the rounding of a velocity may be larger than all that an argument changes in a short step
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
         let roundings = sticking::roundings(&equations.declaration(), t, q, v);
         // the series has its arguments in another order
@@ -462,8 +462,7 @@ impl Integrator {
         watch.stuck = None;
         watch.touched.clear();
         let order = self.next.order();
-        let step = self.control.first_step(&self.next, self.order().min(order));
-        let step = if step > 0.0 && step < 1e100 { step } else { 1.0 };
+        let step = self.scale_of_series().unwrap_or(1.0);
         let tau = if self.clock.is_forward() { step } else { -step };
         each(equations, |group, place, switch| {
             if switch.is_zero() || (watch.leaves && switch.may_turn() && switch.leads(order, tau).0 > 0) {

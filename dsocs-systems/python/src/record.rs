@@ -1,7 +1,7 @@
 //! The kept nodes of a run, as arrays that Python sees without a copy.
 
-use dsocs_core::{AnyNode, OwnedNode, Run};
-use dsocs_systems::entry::Row;
+use dsocs_core::{AnyNode, Run};
+use dsocs_systems::entry::{LastNodes, Row};
 use dsocs_systems::warnings::Warnings;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -136,12 +136,10 @@ pub struct Record {
     every: u64,
     /// The smallest index of the next node that is kept.
     next: u64,
-    /// The last two kept nodes, each at its row modulo two.
-    nodes: [OwnedNode; 2],
+    /// The last two kept nodes.
+    nodes: LastNodes,
     /// The observers for warnings.
     pub warnings: Warnings,
-    /// The number of kept nodes.
-    rows: usize,
     /// Time, position, velocity, acceleration, constraint force, energy.
     columns: [Column; 6],
 }
@@ -156,9 +154,8 @@ impl Record {
         Self {
             every: every.max(1),
             next: 0,
-            nodes: [OwnedNode::new(coordinates), OwnedNode::new(coordinates)],
+            nodes: LastNodes::new(coordinates),
             warnings,
-            rows: 0,
             columns: widths.map(Column::new),
         }
     }
@@ -175,7 +172,7 @@ impl Record {
 
     /// The number of kept nodes.
     pub fn rows(&self) -> usize {
-        self.rows
+        self.nodes.taken()
     }
 
     /// Keeps the current node of a run, if it is to be kept, and looks whether something is to be told of it.
@@ -187,14 +184,7 @@ impl Record {
             return;
         }
         self.next = index.saturating_add(self.every);
-        let [even, odd] = &mut self.nodes;
-        let (before, node) = if self.rows.is_multiple_of(2) {
-            (odd, even)
-        } else {
-            (even, odd)
-        };
-        run.write_node(node.as_node_mut());
-        let node = node.any();
+        let (before, node) = self.nodes.take(run);
         let AnyNode {
             t,
             q,
@@ -214,11 +204,10 @@ impl Record {
         // the work between nodes that are not kept is not known
         if self.every == 1 || !self.warnings.ask_for_all() {
             self.warnings.look(&node, || Row {
-                before: (self.rows > 0).then_some(&*before),
+                before,
                 ..Row::of(node, run.declaration_at_node())
             });
         }
-        self.rows += 1;
     }
 
     /// Reserves room for the kept ones of this many nodes.

@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Declaration, NearlySingular, OwnedNode, Regularity, RunError, Unresolved};
+use dsocs_core::{AnyNode, Declaration, NearlySingular, OwnedNode, Regularity, Run, RunError, Unresolved};
 
 use super::Plan;
 use super::description::Description;
@@ -66,6 +66,45 @@ impl<'a> Row<'a> {
             values.extend([at.forward, at.backward]);
         }
         values.extend(self.errors);
+    }
+}
+
+/// The last two nodes that were taken of a run, in two places that change their roles: neither is copied.
+pub struct LastNodes {
+    /// Each at its number modulo two.
+    nodes: [OwnedNode; 2],
+    /// The number of nodes taken.
+    taken: usize,
+}
+
+impl LastNodes {
+    /// No nodes yet, for a number of coordinates.
+    #[must_use]
+    pub fn new(coordinates: usize) -> Self {
+        Self {
+            nodes: [OwnedNode::new(coordinates), OwnedNode::new(coordinates)],
+            taken: 0,
+        }
+    }
+
+    /// Takes the current node of a run; returns the one taken before, if there is one, and it.
+    #[inline]
+    pub fn take(&mut self, run: &dyn Run) -> (Option<&OwnedNode>, AnyNode<'_>) {
+        let [even, odd] = &mut self.nodes;
+        let (before, node) = if self.taken.is_multiple_of(2) {
+            (odd, even)
+        } else {
+            (even, odd)
+        };
+        run.write_node(node.as_node_mut());
+        self.taken += 1;
+        ((self.taken > 1).then_some(&*before), node.any())
+    }
+
+    /// The number of nodes taken.
+    #[must_use]
+    pub fn taken(&self) -> usize {
+        self.taken
     }
 }
 

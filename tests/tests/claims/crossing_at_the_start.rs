@@ -2,6 +2,8 @@
 //! slip is beside the speed. A composition near rest begins anew
 //! with such a leg at every node, so it tells nothing and loses nothing where it only touches the belt's speed. References are closed forms.
 
+use core::fmt::Debug;
+
 use dsocs_core::text::Text;
 use dsocs_core::{Composition, Flow, Start, Stepper, Tolerance};
 use dsocs_tests::text::{ComposedFlow, TaylorFlow};
@@ -20,6 +22,30 @@ struct Belt {
 }
 
 impl Belt {
+    /// A belt whose speed is below a size, from numbers between 0 and 1.
+    fn drawn(size: f64, [speed, faster, force, friction]: [f64; 4]) -> Self {
+        Self {
+            speed: size * (2.0 * speed - 1.0),
+            faster: if speed < 0.5 { 0.0 } else { 2.0 * faster - 1.0 },
+            force: 4.0 * force - 2.0,
+            friction: 0.1 + friction,
+        }
+    }
+
+    /// The rate of a slip with a sign, if the slip goes to zero, and goes on or rests there by more than the bound of friction.
+    fn ends(&self, sign: f64) -> Option<f64> {
+        let rate = self.rate(sign);
+        let is_clear = sign * rate <= -0.05 && self.rate(-sign).abs() >= 0.01;
+        is_clear.then_some(rate)
+    }
+
+    /// The start with a slip as near to the given one as the speed's rounding allows, and its slip; `None` without one.
+    fn start(&self, slip: f64) -> Option<(Start<1>, f64)> {
+        let start = Start::second_order([0.0], [self.speed + slip]);
+        let slip = self.speed + slip - self.speed;
+        (slip != 0.0).then_some((start, slip))
+    }
+
     fn text(&self) -> Text {
         let Self {
             speed,
@@ -58,43 +84,37 @@ impl Belt {
     }
 }
 
+/// Asserts that position and velocity are near the exact ones.
+#[track_caller]
+fn assert_near(found: [f64; 2], exact: [f64; 2], bound: f64, scene: &dyn Debug) {
+    for (found, exact) in found.iter().zip(exact) {
+        assert!((found - exact).abs() < bound, "{scene:?}: {found} {exact}");
+    }
+}
+
 #[test]
 fn a_slip_that_ends_before_the_middle_of_the_first_leg_costs_no_order() {
     let drawn = draws::vector::<5>(0.0..1.0);
     draws::test(400, 28_401, drawn, &|drawn| {
         let [speed, faster, force, friction, part] = draws::sized(&drawn);
-        let belt = Belt {
-            speed: 2.0 * speed - 1.0,
-            faster: if speed < 0.5 { 0.0 } else { 2.0 * faster - 1.0 },
-            force: 4.0 * force - 2.0,
-            friction: 0.1 + friction,
-        };
+        let belt = Belt::drawn(1.0, [speed, faster, force, friction]);
         let text = belt.text();
         for sign in [1.0, -1.0] {
-            let rate = belt.rate(sign);
-            // slips that go away from zero, and rests at the bound of friction
-            if sign * rate > -0.05 || belt.rate(-sign).abs() < 0.01 {
+            let Some(rate) = belt.ends(sign) else {
                 continue;
-            }
+            };
             for steps in [37.0, 100.0, 211.0] {
                 let h = UNTIL / steps;
                 // at most before the middle; the smallest are rounding
                 let slip = -rate * 0.5 * h * if part < 0.2 { 1e-14 } else { part };
-                let start = Start::second_order([0.0], [belt.speed + slip]);
-                let slip = belt.speed + slip - belt.speed;
-                if slip == 0.0 {
+                let Some((start, slip)) = belt.start(slip) else {
                     continue;
-                }
+                };
                 let exact = belt.exact(slip, UNTIL);
                 let bound = 4.0 * (2.0 * belt.friction + rate.abs() + belt.faster.abs()) * h * h;
                 let mut flow = Flow::of(&text.system, h, start).unwrap();
                 let node = flow.to(UNTIL).unwrap();
-                for (found, exact) in [node.q[0], node.v[0]].iter().zip(exact) {
-                    assert!(
-                        (found - exact).abs() < bound,
-                        "{belt:?} {slip} {h}: {found} {exact}"
-                    );
-                }
+                assert_near([node.q[0], node.v[0]], exact, bound, &(belt, slip, h));
             }
         }
         Ok(())
@@ -131,12 +151,7 @@ fn a_speed_that_touches_that_of_the_belt_loses_no_order() {
                     ends.push([end.q[0], end.v[0]]);
                 }
                 for end in ends {
-                    for (found, exact) in end.iter().zip(exact) {
-                        assert!(
-                            (found - exact).abs() < 4.0 * h * h,
-                            "{a} {friction} {speed} {at} {h}: {found} {exact}"
-                        );
-                    }
+                    assert_near(end, exact, 4.0 * h * h, &(a, friction, speed, at, h));
                 }
             }
         }
@@ -150,25 +165,17 @@ fn series_go_on_from_a_slip_that_is_short_beside_the_speed() {
     draws::test(400, 28_403, drawn, &|drawn| {
         let [speed, faster, force, friction, part, size] = draws::sized(&drawn);
         let size = 10.0_f64.powf(8.0 * size - 3.0);
-        let belt = Belt {
-            speed: size * (2.0 * speed - 1.0),
-            faster: if speed < 0.5 { 0.0 } else { 2.0 * faster - 1.0 },
-            force: 4.0 * force - 2.0,
-            friction: 0.1 + friction,
-        };
+        let belt = Belt::drawn(size, [speed, faster, force, friction]);
         let text = belt.text();
         for sign in [1.0, -1.0] {
-            let rate = belt.rate(sign);
-            if sign * rate > -0.05 || belt.rate(-sign).abs() < 0.01 {
+            let Some(rate) = belt.ends(sign) else {
                 continue;
-            }
+            };
             // from rounding of the speed to a slip that takes half of the time
             let slip = sign * (0.5 * rate.abs() * 10.0_f64.powf(-16.0 * part));
-            let start = Start::second_order([0.0], [belt.speed + slip]);
-            let slip = belt.speed + slip - belt.speed;
-            if slip == 0.0 {
+            let Some((start, slip)) = belt.start(slip) else {
                 continue;
-            }
+            };
             let exact = belt.exact(slip, UNTIL);
             for tolerance in [1e-6, 1e-9, 1e-12] {
                 let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
@@ -176,13 +183,8 @@ fn series_go_on_from_a_slip_that_is_short_beside_the_speed() {
                     Ok(node) => node,
                     Err(error) => panic!("{belt:?} {slip} {tolerance}: {error}"),
                 };
-                for (found, exact) in [node.q[0], node.v[0]].iter().zip(exact) {
-                    let bound = 1e-13 * (1.0 + belt.speed.abs());
-                    assert!(
-                        (found - exact).abs() < bound,
-                        "{belt:?} {slip} {tolerance}: {found} {exact}"
-                    );
-                }
+                let bound = 1e-13 * (1.0 + belt.speed.abs());
+                assert_near([node.q[0], node.v[0]], exact, bound, &(belt, slip, tolerance));
             }
         }
         Ok(())

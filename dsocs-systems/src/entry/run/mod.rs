@@ -13,10 +13,10 @@ mod reference;
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{AnyFlow, OwnedNode, Regularity, Run, RunError, Tolerance};
+use dsocs_core::{AnyFlow, Regularity, Run, RunError, Tolerance};
 
 use super::Entry;
-use super::columns::Row;
+use super::columns::{LastNodes, Row};
 use held_inputs::ErrorsUnderInputs;
 use reference::Errors;
 
@@ -167,20 +167,11 @@ fn pass_on_nodes(
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    let n = run.kernel().shape().dimension();
-    let (mut nodes, mut made) = ([OwnedNode::new(n), OwnedNode::new(n)], 0_u64);
+    let mut nodes = LastNodes::new(run.kernel().shape().dimension());
     let is_driven = !plan.inputs.is_empty();
     let mut unknown = None;
     let mut take = |run: &dyn Run| {
-        let [even, odd] = &mut nodes;
-        let (before, node) = if made.is_multiple_of(2) {
-            (odd, even)
-        } else {
-            (even, odd)
-        };
-        node.take(run);
-        let (before, node) = ((made > 0).then_some(&*before), node.any());
-        made += 1;
+        let (before, node) = nodes.take(run);
         let declaration = if is_driven {
             // the values of the inputs before the node
             run.declaration_at_node()
