@@ -98,7 +98,7 @@ impl Composed<'_> {
         let mut flow = Discrete::new(self.kernel, self.values.clone(), h, &given)?;
         flow.begin_at_rest(&self.resting);
         flow.steps(u64::from(PARTS))?;
-        self.resting = flow.resting();
+        self.resting = flow.resting_arguments();
         let mut node = OwnedNode::new(0);
         node.take(&flow);
         let node = node.any();

@@ -806,6 +806,10 @@ impl Run for Composed<'_> {
         &self.values
     }
 
+    fn resting(&self) -> Vec<bool> {
+        self.resting.clone()
+    }
+
     /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop
     /// and the guess of the first unusual stage.
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {

@@ -622,6 +622,10 @@ impl Run for Discrete<'_> {
         changed.map_or(until_now, |changed| &changed.before)
     }
 
+    fn resting(&self) -> Vec<bool> {
+        self.resting_arguments()
+    }
+
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
         self.steps(1)?;

@@ -251,7 +251,7 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn forks(&self) -> bool {
         let v = self.next_leg().d.iter().map(|d| d / self.run_state.h);
-        self.forks_with(&v.collect::<Vec<_>>(), &self.resting())
+        self.forks_with(&v.collect::<Vec<_>>(), &self.resting_arguments())
     }
 
     /// Whether the motion is not unique with a velocity at the middle node of the next step, at which some
@@ -291,8 +291,11 @@ impl Discrete<'_> {
         contacts.is_some_and(|contacts| contacts.pieces.contains(&Piece::Between))
     }
 
-    /// Whether each argument is zero on the last leg.
-    pub(crate) fn resting(&self) -> Vec<bool> {
+    /// Whether each argument is zero on the last leg; empty if none is.
+    pub(crate) fn resting_arguments(&self) -> Vec<bool> {
+        if !self.rests() {
+            return Vec::new();
+        }
         let pieces = self.contacts.iter().flat_map(|contacts| &contacts.pieces);
         pieces.map(|piece| *piece == Piece::Between).collect()
     }

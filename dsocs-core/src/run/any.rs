@@ -76,6 +76,12 @@ pub trait Run {
         self.values()
     }
 
+    /// Whether each argument of a function that jumps with the velocity, as that of dry friction, stays zero where the motion goes on
+    /// from the current node. Empty if none does, or if nodes are at rest exactly.
+    fn resting(&self) -> Vec<bool> {
+        Vec::new()
+    }
+
     /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
     /// run goes: a method that chooses its steps does not go beyond it, other methods ignore it.
     ///
@@ -188,11 +194,15 @@ pub trait Run {
         let [before, after] = &mut room.nodes;
         before.fit(self);
         self.write_departure(before.as_node_mut());
+        let rested = self.resting();
         self.step(end)?;
         after.take(self);
+        let rests = self.resting();
         let declaration = Declaration::of(self.kernel()).with(self.values());
         let rotations = &self.kernel().shape().rotations;
-        let polynomial = AnyPolynomial::through(rotations, [&before.any(), &after.any()], &mut room.series);
+        let mut polynomial =
+            AnyPolynomial::through(rotations, [&before.any(), &after.any()], &mut room.series);
+        polynomial.resting = [&rested, &rests];
         Ok(match visit(&declaration, &polynomial)? {
             Some(_) => StepEnd::BeyondStop,
             None => StepEnd::NextNode,

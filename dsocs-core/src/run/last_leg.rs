@@ -15,6 +15,8 @@ pub struct LastLeg {
     series: Series,
     t: Compensated<1>,
     search: Search,
+    /// The arguments that rest at its ends.
+    resting: [Vec<bool>; 2],
     /// The part that has not been searched yet, from its beginning to its end.
     span: [f64; 2],
     /// Whether a part has not been searched.
@@ -29,6 +31,7 @@ impl Default for LastLeg {
             series: Series::new(0, AnyPolynomial::ORDER),
             t: Compensated::exact([0.0]),
             search: Search::NODES,
+            resting: [Vec::new(), Vec::new()],
             span: [0.0; 2],
             is_left: false,
             stands: None,
@@ -42,6 +45,9 @@ impl LastLeg {
     pub(super) fn take(&mut self, polynomial: &AnyPolynomial<'_>, end: Option<f64>, together: f64) {
         self.series.clone_from(polynomial.series);
         (self.t, self.search) = (polynomial.t, polynomial.search);
+        for (own, resting) in self.resting.iter_mut().zip(polynomial.resting) {
+            resting.clone_into(own);
+        }
         let from = end.map_or(polynomial.from, |s| s + together.copysign(polynomial.length()));
         self.span = [from, polynomial.to];
         self.is_left = end.is_some() && (polynomial.to - from) * polynomial.length() > 0.0;
@@ -57,6 +63,7 @@ impl LastLeg {
             from,
             to,
             search: self.search,
+            resting: [&self.resting[0], &self.resting[1]],
         }
     }
 }

@@ -27,6 +27,9 @@ pub struct AnyPolynomial<'f> {
     pub(crate) to: f64,
     /// The resolution of its search for events.
     pub(crate) search: Search,
+    /// Whether each argument of a function that jumps with the velocity rests from the beginning on, and from the end on; see
+    /// [`super::Run::resting`].
+    pub(crate) resting: [&'f [bool]; 2],
 }
 
 /// The resolution of the search of a polynomial for events.
@@ -97,6 +100,7 @@ impl<'f> AnyPolynomial<'f> {
             from: 0.0,
             to: h,
             search: Search::NODES,
+            resting: [&[]; 2],
         }
     }
 

@@ -8,6 +8,8 @@ use super::AnyPolynomial;
 use super::events::{AnyEvents, expand, shifted};
 use crate::number::larger;
 use crate::number::point::{AnyPoint, OwnedPoint};
+use crate::regularity::resting::{AtPoint, Held};
+use crate::regularity::sides::Piece;
 use crate::series::jet::Jet;
 use crate::tape::declaration::Declaration;
 
@@ -24,8 +26,11 @@ impl AnyEvents<'_> {
         (place, first): (usize, usize),
         side: &mut f64,
     ) {
-        let ends = [polynomial.from, polynomial.to];
-        let [begins, arrives] = ends.map(|s| self.near_zero(declaration, polynomial, place, s));
+        let ends = [
+            (polynomial.from, polynomial.resting[0]),
+            (polynomial.to, polynomial.resting[1]),
+        ];
+        let [begins, arrives] = ends.map(|end| self.near_zero(declaration, polynomial, place, end));
         let before = self.sides[place];
         if !begins.stays && !arrives.stays {
             let joins = polynomial.search.joins && declaration.sides() > 0 && arrives.is_zero;
@@ -60,13 +65,13 @@ impl AnyEvents<'_> {
         }
     }
 
-    /// The function of an event at a time after the point of expansion.
+    /// The function of an event at a time `s` after the point of expansion, where some arguments rest.
     fn near_zero(
         &mut self,
         declaration: &Declaration<'_>,
         polynomial: &AnyPolynomial<'_>,
         place: usize,
-        s: f64,
+        (s, resting): (f64, &[bool]),
     ) -> Near {
         let length = polynomial.length().abs();
         let series = shifted(polynomial, s);
@@ -82,11 +87,13 @@ impl AnyEvents<'_> {
             fastest = speeds.fold(fastest, |most: f64, speed| larger(most, speed.abs()));
         }
         polynomial.point(s, &mut point);
+        let rests = resting.contains(&true) && hold(declaration, resting, &mut point);
         let mut value_of = |point: &OwnedPoint<f64>| {
             let jets = point.map(Jet::from);
             let event = &self.watched[place];
             self.work.call.begin(|| event.at(declaration, jets.any()))
         };
+        let value = if rests { value_of(&point) } else { value };
         let mut noise = 0.0;
         for i in 0..declaration.dimension() {
             let q = f64::EPSILON * larger(point.any().q[i].abs(), length * fastest);
@@ -104,9 +111,33 @@ impl AnyEvents<'_> {
             slope,
             noise,
             is_zero,
-            stays: is_zero && slope <= noise,
+            stays: is_zero && (rests || slope <= noise),
         }
     }
+}
+
+/// Corrects the velocity of a point at which some arguments rest, so that they are zero: the velocity of a node is a difference of positions
+/// before and after it, and that of a surface is not. `false` if the resting motion is not determined.
+fn hold(declaration: &Declaration<'_>, resting: &[bool], point: &mut OwnedPoint<f64>) -> bool {
+    let AnyPoint { t, q, v, a } = point.any();
+    let at = AtPoint::new(*declaration, (t, q, v));
+    let arguments = at.arguments().into_iter().zip(resting);
+    let pieces: Vec<Piece> = arguments
+        .map(|(argument, rests)| {
+            if *rests {
+                Piece::Between
+            } else {
+                Piece::of(argument)
+            }
+        })
+        .collect();
+    let guess = Held::guess(a, declaration.shape().multipliers(), pieces.len());
+    let Some(held) = at.held(&pieces, &guess) else {
+        return false;
+    };
+    let v = &mut point.parts().0[1];
+    v.iter_mut().zip(held.correction).for_each(|(v, by)| *v += by);
+    true
 }
 
 /// A function near an end of a polynomial.

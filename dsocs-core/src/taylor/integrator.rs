@@ -258,6 +258,7 @@ impl Integrator {
             from: 0.0,
             to: h,
             search: Search::SERIES,
+            resting: [self.rested().map_or(&[], Sticking::rests_on_last); 2],
         })
     }
 
@@ -335,7 +336,7 @@ impl Integrator {
         self.last = Some((t, s));
         self.at_switch[1] = false;
         // the resting arguments are the same throughout a step
-        let rested = self.rested().map(Sticking::rests_on_last);
+        let rested = self.rested().map(|sticking| sticking.rests_on_last().to_vec());
         if !rested.is_some_and(|rests| self.rest(equations, Some(&rests))) {
             self.begin(equations);
         }

@@ -70,14 +70,16 @@ pub(super) struct Sticking {
     step: f64,
     /// The pieces on the last step.
     last: Vec<Piece>,
+    /// Whether each argument was zero on the last step.
+    rested: Vec<bool>,
     /// The pieces of all other piecewise functions.
     known: Option<Known>,
 }
 
 impl Sticking {
     /// Whether each argument was zero on the last step.
-    pub(super) fn rests_on_last(&self) -> Vec<bool> {
-        self.last.iter().map(|piece| *piece == Piece::Between).collect()
+    pub(super) fn rests_on_last(&self) -> &[bool] {
+        &self.rested
     }
 }
 
@@ -150,6 +152,7 @@ impl Integrator {
             watch.forks = forks;
             watch.sticking = Some(Box::new(Sticking {
                 last: found.pieces.clone(),
+                rested: between(&found.pieces).collect(),
                 pieces: found.pieces,
                 now,
                 step,
@@ -271,7 +274,9 @@ impl Integrator {
                     tails_of_sides.push(tail - tail.min(late(values)));
                 }
                 let known_to = self.control.relative().max(LEAST_TAIL);
-                if tails_of_sides.iter().any(|tail| *tail > known_to) {
+                // noise does not become smaller with the step: what would shorten the next one must be more
+                let shortens = known_to * CAUTION.powf(DEGREE as f64);
+                if tails_of_sides.iter().any(|tail| *tail > shortens) {
                     let noise = self.noise_of_sides(equations, sticking, &way);
                     for (tail, noise) in tails_of_sides.iter_mut().zip(noise) {
                         *tail -= tail.min(COUNT as f64 * noise);
@@ -409,11 +414,7 @@ impl Integrator {
     ) -> Option<f64> {
         let declaration = equations.declaration();
         let multipliers = declaration.shape().multipliers();
-        let zero: Vec<bool> = sticking
-            .pieces
-            .iter()
-            .map(|piece| *piece == Piece::Between)
-            .collect();
+        let zero: Vec<bool> = between(&sticking.pieces).collect();
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
         let forks = |x: f64| {
             let (q, v) = way.at((q, v), x);
@@ -482,6 +483,7 @@ impl Integrator {
             short = watch.short;
         }
         sticking.last.clone_from(&sticking.pieces);
+        sticking.rested = between(&sticking.last).collect();
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
         let point = AtPoint::new(equations.declaration(), (t, q, v));
         let (mut arrived, mut changes) = (None, false);
@@ -623,6 +625,11 @@ impl Integrator {
             (watch.sticking, watch.rested) = (None, None);
         }
     }
+}
+
+/// Whether each argument rests.
+fn between(pieces: &[Piece]) -> impl Iterator<Item = bool> {
+    pieces.iter().map(|piece| *piece == Piece::Between)
 }
 
 /// The arguments that are zero: the given ones, and those that arrive there within the `time`, with the given

@@ -180,6 +180,23 @@ fn beside_a_singularity_orders_are_open() {
     );
 }
 
+/// A step has no derivative where a node lies on the edge of a contact: a ball that touches a wall at the top of its path, and a mass that
+/// lies on the edge of a free play.
+#[test]
+fn at_an_edge_the_tangent_map_is_not_compared() {
+    let table = passes(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 8 * x; external_forces = -50 * (x - 1).max(0); \
+         run { start = ([0], [4]); step = 0.1; until = 1; }",
+        &[],
+    );
+    assert!(table.contains("1 of 5 steps are left out"), "{table}");
+    is_open(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -10 * (x - 1).max(0) - 10 * (x + 1).min(0); \
+         run { start = ([1], [0]); step = 0.1; until = 2; }",
+        "10 of 10 steps are left out",
+    );
+}
+
 #[test]
 fn what_cannot_be_measured_is_open() {
     let bodies = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2";

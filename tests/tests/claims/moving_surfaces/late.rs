@@ -94,7 +94,8 @@ fn series_stick_and_slip_at_late_times_as_at_early_ones() {
 #[test]
 fn series_are_released_at_late_times_as_at_early_ones() {
     let mut random = Random::new(8);
-    for _ in 0..short_or_long(40, 1000) {
+    let mut done = 0;
+    while done < short_or_long(40, 1000) {
         let t0 = random.decades(1e2, 1e8).round();
         let [amplitude, friction, rate] = [
             random.between(0.5, 3.0),
@@ -113,7 +114,11 @@ fn series_are_released_at_late_times_as_at_early_ones() {
         };
         let until = t0 + PI / rate;
         let exact = speed(until - t0);
-        assert!(exact > 0.0);
+        // the mass has come to rest before, and the closed form is of another motion
+        if exact <= 0.0 {
+            continue;
+        }
+        done += 1;
         for tolerance in [1e-6, 1e-9, 1e-12] {
             let start = Start::second_order([0.0], [0.0]).at(t0);
             let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
@@ -160,6 +165,47 @@ fn series_rest_where_the_holding_force_has_few_digits() {
             assert!(
                 flow.steps() < 2000,
                 "{clock} {far} {tolerance}: {} steps",
+                flow.steps()
+            );
+        }
+    }
+}
+
+/// A mass that friction holds on a shaker table, on a stiff spring whose anchor is far from the origin: the holding force has a few digits more
+/// than the tolerance asks for, which is no reason for ever shorter steps.
+#[test]
+fn series_rest_where_a_stiff_spring_rounds() {
+    let mut random = Random::new(9);
+    for _ in 0..short_or_long(20, 500) {
+        let [stiff, far] = [random.decades(1e3, 1e6), random.decades(1e1, 1e4)];
+        let [speed, rate] = [random.decades(1e-5, 1e-3), random.between(5.0, 40.0)];
+        // the table moves by twice the reach of its swing, and friction exceeds the forces of spring and inertia
+        let friction = 2.0 * (2.0 * stiff * speed / rate + speed * rate);
+        let text = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - {stiff:?} * (x - {far:?}).powi(2) / 2; \
+             external_forces = -{friction:?} * (dot(x) - {speed:?} * ({rate:?} * t).sin()).signum();"
+        );
+        let text = Text::parse("shaker table", &text).unwrap();
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let start = Start::second_order([far], [0.0]);
+            let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+            let node = match flow.to(1.0) {
+                Ok(node) => node,
+                Err(error) => panic!("{stiff} {far} {speed} {rate} {tolerance}: {error}"),
+            };
+            let exact = [far + speed / rate * (1.0 - rate.cos()), speed * rate.sin()];
+            let bound = tolerance.max(1e-12) * 100.0 * speed + 16.0 * f64::EPSILON * far;
+            assert!(
+                (node.q[0] - exact[0]).abs() < bound,
+                "{stiff} {far} {speed} {rate} {tolerance}: {node:?} for {exact:?}"
+            );
+            assert!(
+                (node.v[0] - exact[1]).abs() < bound,
+                "{stiff} {far} {speed} {rate} {tolerance}: {node:?} for {exact:?}"
+            );
+            assert!(
+                flow.steps() < 2000,
+                "{stiff} {far} {speed} {rate} {tolerance}: {} steps",
                 flow.steps()
             );
         }
