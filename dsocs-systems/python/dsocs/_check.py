@@ -36,6 +36,8 @@ class Finding(NamedTuple):
 class Findings(tuple[Finding, ...]):
     """All findings of a check; `ok` is true if all limits are met or excused."""
 
+    __slots__ = ()
+
     @property
     def ok(self) -> bool:
         """Whether every value meets its limit, or is excused."""

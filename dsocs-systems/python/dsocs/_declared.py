@@ -7,7 +7,7 @@ import warnings
 from typing import Any, Mapping, NamedTuple, TypeVar
 
 from . import _arrays, _dsocs, _given, _inputs
-from ._errors import DeclarationWarning, InputTypeError, SetupError
+from ._errors import DeclarationError, DeclarationWarning, InputTypeError, SetupError
 
 #: A class of systems.
 Kind = TypeVar("Kind", bound="Declared")
@@ -35,7 +35,7 @@ class RunText(NamedTuple):
     step: float | None
     until: float | None
 
-class Declared:
+class Declared(_inputs.Fixed):
     """A system with its declaration: the base of `System`."""
 
     def __init__(
@@ -56,6 +56,7 @@ class Declared:
         given = _given.samples(samples or {})
         numbers = [(str(key), _inputs.number(f"constants[{key!r}]", value)) for key, value in dict(constants or {}).items()]
         self._set(text, name, numbers, given, None, name, None)
+        self._check_samples(given)
         self._warn(3)
 
     @classmethod
@@ -157,11 +158,28 @@ class Declared:
         # the coordinates with a velocity and a force: the first of the four numbers of a rotation has none
         self._moving = [name for place, name in enumerate(self._names) if place not in self._rotations]
         runs = [RunText(**run) for run in self._raw.runs()]
+        for of in (*self.coordinates, *self.observables):
+            if of.name.startswith("a_") and of.name[2:] in self._names:
+                raise DeclarationError(f"`{of.name}` is the column of the acceleration of `{of.name[2:]}`; expected another name")
         #: The runs of the text, by name; a run without a name has the key None.
         self.runs: dict[str | None, RunText] = {of.name: of for of in runs}
         if run is not None and run not in self.runs:
             raise _inputs.unknown("run", run, [str(known) for known in self.runs if known is not None])
         self._run = run
+        self._seal()
+
+    def _advice(self, name: str) -> str:
+        places = {of.name: place for place, of in enumerate(self._parameters)}
+        if name in places or _arrays.elements(name, places)[0]:
+            return f"a system never changes: a run takes other values, `system.flow({name}=…)`"
+        return "a system never changes"
+
+    def _check_samples(self, given: Mapping[str, Any]) -> None:
+        """Refuses tables that the text does not ask for."""
+        known = dict.fromkeys((*self._tables, *self._tables.values()))
+        for name in given:
+            if name not in known:
+                raise _inputs.unknown("table of samples", name, known)
 
     def _warn(self, stacklevel: int) -> None:
         for warning in self._raw.warnings(self._shown_as):

@@ -19,7 +19,7 @@ from ._system import System
 Array = npt.NDArray[np.float64]
 
 
-class Ends:
+class Ends(_inputs.Fixed):
     """The ends of many runs: arrays with a row for each run. A run that failed has NaN, and its error is in `failures`."""
 
     def __init__(self, system: System, results: Mapping[str, Any], varied: Mapping[str, Array]) -> None:
@@ -45,6 +45,7 @@ class Ends:
         #: reached the end are among them.
         self.failures: dict[int, Error] = dict(results["failures"])
         self._interrupted = False
+        self._seal()
 
     def _interrupt(self, is_unfinished: npt.NDArray[np.bool_]) -> None:
         """Leaves out the runs that had not reached their end when the ensemble was interrupted."""
@@ -101,7 +102,7 @@ class Ends:
         return f"<Ends of {len(self)} runs of {self._system.name}{said}>"
 
 
-class Ensemble:
+class Ensemble(_inputs.Fixed):
     """Many runs that have not begun: `until` computes their ends."""
 
     def __init__(
@@ -142,6 +143,10 @@ class Ensemble:
         self._q = np.broadcast_to(q0 if rows_q is None else rows_q, (self._count, len(names)))
         self._v = np.broadcast_to(v0 if rows_v is None else rows_v, (self._count, len(names)))
         self._varied = varied
+        self._seal()
+
+    def _advice(self, name: str) -> str:
+        return "an ensemble is set up by `system.ensemble(…)`"
 
     def __len__(self) -> int:
         """The number of runs."""

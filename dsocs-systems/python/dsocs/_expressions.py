@@ -492,7 +492,12 @@ def written(
     """The text of a system that is given by expressions."""
     if parameters is not None and not isinstance(parameters, Mapping):
         raise InputTypeError(f"parameters is {type(parameters).__name__}; expected a dict of values by name")
-    given_values = {str(name): number(f"parameters[{str(name)!r}]", value) for name, value in dict(parameters or {}).items()}
+    given_values: dict[str, float] = {}
+    for name, value in dict(parameters or {}).items():
+        checked = number(f"parameters[{str(name)!r}]", value)
+        # sympy takes symbols of one name with other assumptions for different ones; a declaration has names alone
+        if given_values.setdefault(str(name), checked) != checked:
+            raise _two_values(str(name), given_values[str(name)], checked)
     if observe is not None and not isinstance(observe, Mapping):
         raise InputTypeError(f"observe is {observe!r:.60}; expected a dict of expressions by the names under which they are observed, observe={{'height': …}}")
     with _sympy_context(own, given_values):
@@ -600,9 +605,13 @@ def _known(nodes: Iterable[Expression], names: Sequence[str]) -> dict[str, tuple
                 raise SetupError(f"`{name}` is a coordinate and a parameter")
             before = known.get(name)
             if before is not None and before[0] != value:
-                raise SetupError(f"the parameter `{name}` has two values, {before[0]:g} and {value:g}")
+                raise _two_values(name, before[0], value)
             known[name] = (value, about or (before[1] if before else ""))
     return known
+
+
+def _two_values(name: str, one: float, other: float) -> SetupError:
+    return SetupError(f"the parameter `{name}` has two values, {one:g} and {other:g}; give one of the two another name")
 
 
 # sympy

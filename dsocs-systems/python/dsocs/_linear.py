@@ -55,7 +55,7 @@ def _elements(names: list[str] | None, system: System) -> list[str] | None:
     return [element for name, (places, _) in zip(names, found) for element in ([known[place] for place in places] or [name])]
 
 
-class LinearModel:
+class LinearModel(_inputs.Fixed):
     """The linear model of a system about a state, of its continuous motion or of the paper's step:
 
     ```text
@@ -122,6 +122,7 @@ class LinearModel:
         self.basis_after: Array = _fixed(results["basis_after"], (n, both))
         self._eigenvalues = results["eigenvalues"]
         self._results = dict(results)
+        self._seal()
 
     @property
     def discrete(self) -> bool:
@@ -184,7 +185,7 @@ class LinearModel:
         return LinearModel, (self.system, self._results)
 
 
-class Equilibrium:
+class Equilibrium(_inputs.Fixed):
     """A state of rest. `equilibrium["theta"]` is a coordinate or a parameter by name. `System.equilibrium` finds it."""
 
     def __init__(self, system: System, results: Mapping[str, Any], t: float) -> None:
@@ -212,6 +213,7 @@ class Equilibrium:
         self.failure: str | None = results["failure"]
         self._eigenvalues = results["eigenvalues"]
         self._results = dict(results)
+        self._seal()
 
     @property
     def isolated(self) -> bool:
@@ -251,7 +253,7 @@ class Equilibrium:
         return Equilibrium, (self.system, self._results, self.t)
 
 
-class Equilibria(Sequence[Equilibrium]):
+class Equilibria(_inputs.Fixed, Sequence[Equilibrium]):
     """The equilibria that are found from some guesses, each once."""
 
     def __init__(self, found: Sequence[Equilibrium], of_guess: Sequence[Any]) -> None:
@@ -260,6 +262,7 @@ class Equilibria(Sequence[Equilibrium]):
         self.of_guess: list[int | None] = [place if isinstance(place, int) else None for place in of_guess]
         #: The guesses without an equilibrium, by their indices, each with its exception.
         self.failures: dict[int, Exception] = {k: place for k, place in enumerate(of_guess) if isinstance(place, Exception)}
+        self._seal()
 
     def __len__(self) -> int:
         return len(self._found)

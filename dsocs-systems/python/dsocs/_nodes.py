@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-class Nodes:
+class Nodes(_inputs.Fixed):
     """The nodes that a run has so far, as arrays: the base of `Run`."""
 
     def __init__(self, system: System, setup: Setup) -> None:
@@ -29,6 +29,7 @@ class Nodes:
         self._setup = setup
         self._raw_run: Any = setup.begin(system)
         self._kept: dict[str, Any] | None = None
+        self._seal()
 
     @property
     def _raw(self) -> Any:

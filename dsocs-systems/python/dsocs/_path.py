@@ -37,7 +37,7 @@ class Gradient(NamedTuple):
     parameters: dict[str, float]
 
 
-class Path:
+class Path(_inputs.Fixed):
     """A run by the paper's step whose steps are kept, so that it can be differentiated."""
 
     def __init__(
@@ -50,6 +50,10 @@ class Path:
         self.until: float = self._setup.end(system, "until", until)
         setup = self._setup
         self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.beginning, self.until)
+        self._seal()
+
+    def _advice(self, name: str) -> str:
+        return "a path is set up by `system.path(…)`"
 
     @property
     def end(self) -> Node:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _dsocs, _given, _inputs, _results
+from . import _arrays, _dsocs, _given, _inputs, _results
 from ._dsocs import Node
 from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning
 from ._events import Event, Occurrences, Points
@@ -43,6 +43,11 @@ class Run(Nodes):
         self._warned = [0] * 7
         self._failure: str | None = None
 
+    def _advice(self, name: str) -> str:
+        if name in self.parameters or _arrays.elements(name, {of: place for place, of in enumerate(self.parameters)})[0]:
+            return f"`run.set({name}=…)` changes it from there on, and `system.flow({name}=…)` begins a run with it"
+        return "a run is set up by `system.flow(…)`"
+
     @property
     def _raw(self) -> Any:
         """The engine's run. That of a run that was copied or pickled is made again when it goes on: it takes the same steps, with the same bits."""
@@ -61,22 +66,25 @@ class Run(Nodes):
         *,
         progress: Progress = False,
         control: Callable[[Node], Mapping[str, Any] | None] | None = None,
-        control_every: int = 1,
+        control_every: int | None = None,
     ) -> Run:
-        """Runs up to the last node at or before the time `t` [s], by default that of the text's run, which has to be there then, and returns itself.
+        """Runs up to the last node at or before the time `t` [s], by default that of the text's run, which has to be there then, and returns itself. No step
+        goes beyond `t`: a time that is less than a step away makes none.
 
         `progress`: True shows how far the run is; a function is called with the fraction that is done, from 0 to 1.
         `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, of an array or a
         matrix all of them, or None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts on the leg from the
         node `k + 1` on: a delay of one step (the guide's section 3 has the linear model of this delay). `control_every`: the number of nodes from
-        one call of `control` to the next.
+        one call of `control` to the next, 1 by default.
 
         Raises `StepError` if a step has no solution, with the run up to there, and `Interrupted` where Ctrl-C ends it.
         """
         end = self._setup.end(self.system, "t", t)
         if control is not None and not callable(control):
             raise InputTypeError(f"control is {type(control).__name__}; expected a function of a node")
-        every = _inputs.whole("control_every", control_every, 1)
+        every = 1 if control_every is None else _inputs.whole("control_every", control_every, 1)
+        if control is None and control_every is not None:
+            raise SetupError("control_every is given, which says at how many nodes control is called, and control is not: control=…, a function of a node")
         raw = self._raw
         begin, before = raw.index(), raw.change_count()
         with shown(progress, self.system.name, self._time(), end) as tell:
@@ -466,6 +474,7 @@ def _made_again(system: System, setup: Setup, history: Any, kept: Any, warned: A
     run._raw_run, run._kept = None, dict(kept)
     run._history, run._warned = list(history), list(warned)
     run._failure = kept["failure"]
+    run._seal()
     for value in run._kept.values():
         if isinstance(value, np.ndarray):
             value.setflags(write=False)
