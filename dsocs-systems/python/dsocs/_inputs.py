@@ -140,12 +140,18 @@ def vector(
     if values_.ndim != 1:
         raise SetupError(f"{name} has {values_.ndim} dimensions; expected a number for each coordinate: {', '.join(coordinates)}")
     if len(values_) != len(coordinates):
-        components = "component" if len(values_) == 1 else "components"
-        raise SetupError(
-            f"{name} has {len(values_)} {components}, but there are {len(coordinates)} coordinates: {', '.join(coordinates)}"
-        )
+        raise SetupError(miscounted(name, len(values_), coordinates))
     result: list[float] = values_.tolist()
     return result
+
+
+def miscounted(name: str, count: int, coordinates: Sequence[str]) -> str:
+    """The message for a vector with too few or too many components."""
+    one = len(coordinates) == 1
+    return (
+        f"{name} has {count} component{'' if count == 1 else 's'}, but there {'is' if one else 'are'} {len(coordinates)} "
+        f"coordinate{'' if one else 's'}: {', '.join(coordinates)}"
+    )
 
 
 def by_element(name: str, given: Any, coordinates: Sequence[str], rotations: Sequence[int]) -> Any:

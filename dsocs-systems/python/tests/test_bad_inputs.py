@@ -31,7 +31,7 @@ kinetic = (dsocs.dot(x) ** 2 + dsocs.dot(y) ** 2) / 2
 Case = tuple[Callable[[], Any], type[Exception], str]
 
 VECTORS: list[Case] = [
-    (lambda: swing.flow(q=[1.0, 2.0]), SetupError, "q has 2 components, but there are 1 coordinates: theta"),
+    (lambda: swing.flow(q=[1.0, 2.0]), SetupError, "q has 2 components, but there is 1 coordinate: theta"),
     (lambda: swing.flow(q=[]), SetupError, "q"),
     (lambda: swing.flow(q=[[1.0]]), SetupError, "q has 2 dimensions"),
     (lambda: swing.flow(q=np.zeros((3, 1))), SetupError, "q has 2 dimensions"),
@@ -298,7 +298,7 @@ TEXTS: list[Case] = [
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian="x"), InputTypeError, "lagrangian is 'x'; expected an expression"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, holonomic=[None]), InputTypeError, "holonomic[0] is None"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, holonomic=dsocs.dot(x)), DeclarationError, "holonomic = dot(x)"),
-    (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, external_forces=(1,)), SetupError, "external_forces has 1 components"),
+    (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, external_forces=(1,)), SetupError, "external_forces has 1 component, but there are 2 coordinates: x, y"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, external_forces={"z": 1}), SetupError, "external_forces has a component for `z`"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, variational="lagrange"), SetupError, "variational is 'lagrange'"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic * mass + dsocs.parameter("mass", 2.0)), SetupError, "the parameter `mass` has two values, 1 and 2"),
