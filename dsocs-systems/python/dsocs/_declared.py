@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
 from typing import Any, Mapping, NamedTuple, TypeVar
 
@@ -93,10 +94,12 @@ class Declared(_inputs.Fixed):
         `holonomic`, `nonholonomic`, `kinematic`: a row or a list of rows, which are zero: constraints on positions, velocities, accelerations.
         `variational`: vectors that span the virtual displacements, each with a component for each coordinate, or `"chetaev"`.
         `constraint_forces`: instead, one-forms that span the constraint forces.
-        `external_forces`: a component for each coordinate, or a dict by name.
+        `external_forces`: a component for each coordinate, or a dict by name or by coordinate.
         `branch`: a factor that is divided out of a kinematic constraint.
         `observe`: expressions that are reported at every node, by name.
         `parameters`: the values of sympy's symbols, and of this package's parameters other ones than they were made with.
+
+        Of sympy, a matrix is taken as the list of its elements, or of its rows where vectors are asked for, and an `Eq` as the difference of its sides.
 
         The text of the system (`System.text`) says the same in the language of the text files. Raises `DeclarationError` with the statement that is
         wrong.
@@ -182,6 +185,10 @@ class Declared(_inputs.Fixed):
                 raise _inputs.unknown("table of samples", name, known)
 
     def _warn(self, stacklevel: int) -> None:
+        asks = sys._getframe(stacklevel - 1)
+        if (asks.f_globals.get("__name__"), asks.f_code.co_name) == ("__mp_main__", "<module>"):
+            # a process that was spawned runs its parent's script once more, which has warned there
+            return
         for warning in self._raw.warnings(self._shown_as):
             warnings.warn(warning.removeprefix("warning: "), DeclarationWarning, stacklevel=stacklevel)
 
@@ -267,6 +274,11 @@ class Declared(_inputs.Fixed):
 
     def _state(self) -> tuple[Any, ...]:
         return (self.text, self.name, self._constants, self._samples, self._run, self._shown_as, self._path)
+
+
+for _method in (Declared.__init__, Declared.of.__func__):  # type: ignore[attr-defined]
+    # Python's own messages on arguments name the class that users know
+    _method.__qualname__ = _method.__qualname__.replace("Declared", "System")
 
 
 def _read(name: str, shown_as: str, text: str, constants: Any, samples: Any) -> Any:

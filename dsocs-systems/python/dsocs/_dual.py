@@ -235,4 +235,7 @@ class DualNode:
     def _missing(self, name: str) -> str:
         moving = [x for place, x in enumerate(self._names) if place not in self._rotations]
         known = ["t", *self._names, *(f"{prefix}{x}" for prefix in ("v_", "a_") for x in moving)]
-        return f"{unknown('quantity', name, known)}; a cost is made of these, or of the arrays q, v and a: an observed expression, the energy or a force is written out in them"
+        return (
+            f"{unknown('quantity', name, known)}; a cost is made of these, or of the arrays q, v and a: an observed expression, the energy or a force is "
+            "written out in them"
+        )

@@ -75,7 +75,8 @@ class Ends(_inputs.Fixed):
         if wide is not None:
             return wide
         others = [f"{prefix}{x}" for prefix in ("a_", "force_") for x in self._system._moving]
-        raise KeyError(str(_inputs.unknown("column", name, [*self._columns(), *others])))
+        multipliers = "; an ensemble keeps no multipliers, which system.flow(…) has" if self._system.forms else ""
+        raise KeyError(f"{_inputs.unknown('column', name, [*self._columns(), *others])}{multipliers}")
 
     def _columns(self) -> list[str]:
         names = self._system._names
@@ -99,7 +100,8 @@ class Ends(_inputs.Fixed):
             said = f", interrupted: {len(self) - len(self.failures)} reached the end"
         elif self.failures:
             said = f", {len(self.failures)} failed"
-        return f"<Ends of {len(self)} runs of {self._system.name}{said}>"
+        shapes = f"t and energy {self.t.shape}, q, v, a and force {self.q.shape}, observed {self.observed.shape}"
+        return f"<Ends of {len(self)} runs of {self._system.name}{said}; {shapes}>"
 
 
 class Ensemble(_inputs.Fixed):
@@ -112,6 +114,11 @@ class Ensemble(_inputs.Fixed):
         #: The system.
         self.system = system
         names = system._names
+        for name, given in (("h", h), ("t", t), ("tolerance", tolerance)):
+            if np.ndim(given):
+                raise SetupError(
+                    f"{name} has the shape {np.shape(given)}; expected one number, which all runs share: only q, v and parameters vary from run to run"
+                )
         single, varied = _split(system, values)
         system._with(single)
         text = system._run_text(run)
@@ -132,6 +139,8 @@ class Ensemble(_inputs.Fixed):
         if not different:
             raise SetupError("nothing varies from run to run: give q or v as an array of the shape (runs, coordinates), or a parameter as an array")
         self._count = different[0]
+        if self._count == 0:
+            raise SetupError(f"{' and '.join(counts)} {'is' if len(counts) == 1 else 'are'} for no run at all: the first dimension, that of the runs, is 0")
         first = {"q": None if rows_q is None else np.atleast_2d(rows_q)[:1], "v": None if rows_v is None else np.atleast_2d(rows_v)[:1]}
         sample = {name: None if row is None or not len(row) else row[0] for name, row in first.items()}
         self._setup = Setup.of(

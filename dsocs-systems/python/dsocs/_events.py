@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arrays, _inputs
-from ._errors import InputTypeError
+from ._errors import InputTypeError, SetupError
 
 if TYPE_CHECKING:
     from ._system import System
@@ -22,7 +22,7 @@ class Event:
     """Where a column passes a value.
 
     `of` is a coordinate, `v_theta`, `a_theta` or an observed expression. `level` is the value. `rising` says which passages count: True those upwards in the direction of the run, False those
-    downwards, None both. `ends` says whether the run ends there.
+    downwards, None both. `ends` says whether the run ends there: the last node that it keeps is the one before the event.
     """
 
     of: str
@@ -58,7 +58,11 @@ class Event:
         if self.of in observed:
             return "observed", observed.index(self.of), level, direction, bool(self.ends)
         known = [*names, *(f"{prefix}{x}" for prefix in ("v_", "a_") for x in names), *observed]
-        raise _inputs.unknown("column", self.of, known)
+        error = _inputs.unknown("column", self.of, known)
+        raise SetupError(
+            f"{error}; a function of position and velocity is watched as an observed expression, `let power = …; observe = [power];` in the text or "
+            "observe={'power': …} of System.of; forces and multipliers are known at the nodes alone, run['lambda_0']"
+        )
 
 
 class Occurrence(NamedTuple):

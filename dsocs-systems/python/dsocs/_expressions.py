@@ -707,8 +707,8 @@ _SYMPY = dict(
 
 #: What stands for functions of sympy that a declaration does not know.
 _SUBSTITUTES = {
-    "Heaviside": "Piecewise((0, x < 0), (1, True))", "DiracDelta": "nothing: a jump of the velocity is none of a motion", "sec": "1/cos(x)", "csc": "1/sin(x)", "cot": "1/tan(x)",
-    "sinc": "sin(x)/x", "sech": "1/cosh(x)", "csch": "1/sinh(x)", "coth": "1/tanh(x)", "Mod": "nothing: it jumps", "floor": "nothing: it jumps", "ceiling": "nothing: it jumps",
+    "Heaviside": "Piecewise((0, x < 0), (1, True))", "sec": "1/cos(x)", "csc": "1/sin(x)", "cot": "1/tan(x)", "sech": "1/cosh(x)", "csch": "1/sinh(x)",
+    "coth": "1/tanh(x)", "sinc": "sin(x)/x",
 }  # fmt: skip
 
 
@@ -728,7 +728,10 @@ def _converted(given: Any, context: _SympyContext) -> Expression:
     if given.is_Symbol:
         name = str(given)
         if context.time is not None and name == str(context.time):
-            raise SetupError(f"the symbol `{name}` is not the time of the coordinates, since it has other assumptions: take theirs, `sympy.physics.mechanics.dynamicsymbols._t`")
+            raise SetupError(
+                f"the symbol `{name}` is not the time of the coordinates, since it has other assumptions: take theirs, "
+                "`sympy.physics.mechanics.dynamicsymbols._t`"
+            )
         if name not in context.parameters:
             raise SetupError(f"the symbol `{name}` is neither a coordinate nor the time, and has no value: parameters={{{name!r}: …}} gives one")
         return parameter(name, context.parameters[name])
@@ -775,8 +778,10 @@ def _converted(given: Any, context: _SympyContext) -> Expression:
     if name in _SUBSTITUTES:
         raise SetupError(f"a declaration does not know `{given}`: what stands for it is {_SUBSTITUTES[name]}")
     if isinstance(given, AppliedUndef):
+        own = str(given.func)
         raise SetupError(
-            f"`{given}` is none of the coordinates; an input, which a run may set, is a symbol with a value, sympy.Symbol({str(given.func)!r}) and parameters={{{str(given.func)!r}: …}}"
+            f"`{given}` is none of the coordinates; an input, which a run may set, is a symbol with a value, sympy.Symbol({own!r}) and "
+            f"parameters={{{own!r}: …}}"
         )
     if given.is_Function:
         raise SetupError(f"`{given}` is no function that a declaration knows")

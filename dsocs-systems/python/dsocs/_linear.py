@@ -35,6 +35,14 @@ def _complex(pairs: Sequence[Sequence[float]]) -> Complex:
     return array
 
 
+def _shown(eigenvalues: Complex) -> str:
+    """Eigenvalues in a line, conjugate ones as one."""
+    # without the signs of zeros
+    numbers = [(float(z.real) + 0.0, float(z.imag)) for z in eigenvalues if z.imag >= 0]
+    shown = [f"{re:.4g}" if im == 0 else f"{re:.4g}±{im:.4g}j" for re, im in numbers]
+    return "eigenvalues: " + ", ".join([*shown[:8], *(["…"] if len(shown) > 8 else [])])
+
+
 def _names(what: str, given: Names | None) -> list[str] | None:
     """The names, of which one may be given alone."""
     if given is None:
@@ -179,6 +187,7 @@ class LinearModel(_inputs.Fixed):
     def __repr__(self) -> str:
         kind = "continuous" if self.step is None else f"step={self.step:g}"
         parts = [f"states: {', '.join(self.states)}", f"inputs: {', '.join(self.inputs)}", f"outputs: {', '.join(self.outputs)}"]
+        parts += [", ".join(f"{name} {matrix.shape}" for name, matrix in zip("ABCD", (self.A, self.B, self.C, self.D))), _shown(self.eigenvalues)]
         return f"<LinearModel of {self.system.name} ({kind}); {'; '.join(parts)}>"
 
     def __reduce__(self) -> Any:
@@ -241,6 +250,8 @@ class Equilibrium(_inputs.Fixed):
     def __repr__(self) -> str:
         place = ", ".join(f"{name}={x:.6g}" for name, x in zip(self.system._names, self.q))
         parts = [place, self.stability or "no linear model"]
+        if self.eigenvalues is not None:
+            parts.append(_shown(self.eigenvalues))
         if not self.isolated:
             parts.append(f"one of a continuum of {len(self.directions)} dimension{'s' if len(self.directions) > 1 else ''}")
         if self.held_by_friction:

@@ -192,6 +192,10 @@ class Nodes(_inputs.Fixed):
     def __getitem__(self, key: str | int) -> Array | Node:
         if isinstance(key, str):
             return self._column(key)
+        if isinstance(key, slice):
+            rows = ":".join("" if part is None else str(part) for part in (key.start, key.stop, key.step)[: 2 + (key.step is not None)])
+            column = f"run[{self.system._names[0]!r}]"
+            raise InputTypeError(f"run[{rows}]: a run has columns and nodes; its rows are those of an array, run.q[{rows}] or {column}[{rows}]")
         if isinstance(key, (bool, np.bool_)) or not isinstance(key, (int, np.integer)):
             raise InputTypeError(f"run[{key!r}]: expected the name of a column, or the number of a node that is kept")
         count = len(self)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from . import _arrays, _dsocs, _given, _inputs, _results
 from ._dsocs import Node
-from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning
+from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning, interruptible
 from ._events import Event, Occurrences, Points
 from ._nodes import Nodes
 from ._progress import shown
@@ -217,8 +217,9 @@ class Run(Nodes):
         series of the step with a `tolerance`, and else the polynomial of degree 5 through position, velocity and acceleration at both nodes. A zero without a change of sign is no
         event, nor is one at the start; one at the node where a watch ended is reported by the next watch, if it was not reported before.
 
-        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it; events between this one
-        and the node after it are reported when the run is watched again. Raises as `until`.
+        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it. The last node that is kept
+        is the one before it, and the state at the event itself is that of the last occurrence (`t`, `q`, `v`, `a`). Events between this one and the
+        node after it are reported when the run is watched again. Raises as `until`.
         """
         end = self._setup.end(self.system, "until", until)
         if not events:
@@ -263,24 +264,25 @@ class Run(Nodes):
         forward = way * at
         if len(at) and (np.any(np.diff(forward) < 0) or forward[0] < way * self._setup.t):
             raise SetupError(f"the times have to come in the order of the run, from its start at t = {self._setup.t:g} on")
-        raw = self._setup.begin(self.system)
         parts: list[list[Array]] = []
-        begin = 0
-        for t, changes in self._changes():
-            # a change at a node applies to times beyond it
-            stop = begin + int(np.searchsorted(forward[begin:], way * t, side="right"))
-            parts.append(_dsocs.sample(raw, at[begin:stop]))
-            begin = stop
-            if begin == len(at):
-                break
-            raw.until(t, None, None)
-            for name, value in changes:
-                raw.set_input(name, value)
-        try:
-            parts.append(_dsocs.sample(raw, at[begin:]))
-        except StepError as error:
-            self._fails(error)
-            raise
+        with interruptible("no time is sampled; the run is as it was"):
+            raw = self._setup.begin(self.system)
+            begin = 0
+            for t, changes in self._changes():
+                # a change at a node applies to times beyond it
+                stop = begin + int(np.searchsorted(forward[begin:], way * t, side="right"))
+                parts.append(_dsocs.sample(raw, at[begin:stop]))
+                begin = stop
+                if begin == len(at):
+                    break
+                raw.until(t, None, None)
+                for name, value in changes:
+                    raw.set_input(name, value)
+            try:
+                parts.append(_dsocs.sample(raw, at[begin:]))
+            except StepError as error:
+                self._fails(error)
+                raise
         return Points(self.system, at, *(arrays[0] if len(arrays) == 1 else np.concatenate(arrays) for arrays in zip(*parts)))
 
     def _changes(self) -> Iterator[tuple[float, list[tuple[str, float]]]]:
@@ -356,10 +358,11 @@ class Run(Nodes):
                 StepWarning,
                 stacklevel=2,
             )
-        errors, uncertainty = _dsocs.estimate(
-            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
-            self._setup.tolerance, self._setup.beginning, self._held(), self.every,
-        )  # fmt: skip
+        with interruptible("the error is not known; the run is as it was"):
+            errors, uncertainty = _dsocs.estimate(
+                self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
+                self._setup.tolerance, self._setup.beginning, self._held(), self.every,
+            )  # fmt: skip
         array: Array = np.asarray(errors).reshape(-1, len(self.system._names))
         largest = array.max(axis=0).tolist() if len(array) else [0.0] * len(self.system._names)
         return ErrorEstimate(array, dict(zip(self.system._names, largest)), uncertainty)
@@ -383,9 +386,8 @@ class Run(Nodes):
             raise SetupError("regularity is about the paper's step: order=2, without a tolerance")
         if self._raw.change_count() or any(what[0] == "toward" for what in self._history):
             raise SetupError("a run whose inputs changed, or that was led from one solution to another, is not certified: only a run from its start by itself is")
-        found = _dsocs.certify(
-            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.beginning, self.every
-        )
+        with interruptible("nothing is certified; the run is as it was"):
+            found = _dsocs.certify(self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.beginning, self.every)
         forward, backward, *granted = (np.array(column) for column in zip(*found))
         both = np.stack(granted, axis=-1).astype(bool)
         both[np.isnan(forward) & np.isnan(backward)] = True

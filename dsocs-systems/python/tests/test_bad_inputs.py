@@ -120,6 +120,7 @@ RUNS: list[Case] = [
     (lambda: swing.flow().until("end"), InputTypeError, "t is 'end'; expected a number"),
     (lambda: swing.flow(h=-0.01).until(1.0), SetupError, "lies the other way"),
     (lambda: swing.flow(h=1e-9).until(1e15), MemoryError, "every="),
+    (lambda: swing.flow(h=1e-12).until(1.0), MemoryError, "so many steps take days: a longer `h=` makes fewer"),
     (lambda: swing.flow().until(1.0, progress=7), InputTypeError, "progress is 7"),
     (lambda: swing.flow().until(1.0, control=7), InputTypeError, "control is int; expected a function"),
     (lambda: swing.flow().until(1.0, control=lambda node: 7), TypeError, "control returned int; expected a dict"),
@@ -142,6 +143,8 @@ RUNS: list[Case] = [
     (lambda: swing.flow()[7], IndexError, "1 nodes are kept"),
     (lambda: swing.flow()[-2], IndexError, "run[-2]"),
     (lambda: swing.flow()[1.0], InputTypeError, "run[1.0]"),
+    (lambda: swing.flow()[0:5], InputTypeError, "run.q[0:5] or run['theta'][0:5]"),  # type: ignore[call-overload]
+    (lambda: swing.flow()[::2], InputTypeError, "run.q[::2]"),  # type: ignore[call-overload]
     (lambda: swing.flow()[None], InputTypeError, "run[None]"),
     (lambda: next(swing.flow().steps("end")), InputTypeError, "until is 'end'"),
     (lambda: next(swing.flow().steps(math.nan)), SetupError, "NaN"),
@@ -156,6 +159,12 @@ RUNS: list[Case] = [
 MANY: list[Case] = [
     (lambda: swing.ensemble(), SetupError, "nothing varies from run to run"),
     (lambda: swing.ensemble(q=[1.0]), SetupError, "nothing varies"),
+    (lambda: swing.ensemble(q=np.zeros((0, 1)), v=[0.0]), SetupError, "q is for no run at all"),
+    (lambda: bare.ensemble(h=0.01, q=np.zeros((0, 1)), v=[0.0]), SetupError, "q is for no run at all"),
+    (lambda: swing.ensemble(length=[]), SetupError, "length is for no run at all"),
+    (lambda: swing.ensemble(h=[0.01, 0.02]), SetupError, "h has the shape (2,); expected one number"),  # type: ignore[arg-type]
+    (lambda: swing.ensemble(t=np.arange(3.0)), SetupError, "t has the shape (3,); expected one number"),  # type: ignore[arg-type]
+    (lambda: rod.ensemble(h=0.01, q=[[0, 1.0], [0, -1.0]], v=[0, 0]).until(0.1)["lambda_0"], KeyError, "an ensemble keeps no multipliers"),
     (lambda: swing.ensemble(q=[[1.0, 2.0]]), SetupError, "q has the shape (1, 2); expected (1,), or (runs, 1)"),
     (lambda: swing.ensemble(q=[[1.0], [math.nan]]), SetupError, "q[1][0] is nan"),
     (lambda: swing.ensemble(q=[[1.0], [2.0]], length=[1, 2, 3]), SetupError, "not all arrays are for the same number of runs: q for 2, length for 3"),
@@ -182,6 +191,7 @@ MANY: list[Case] = [
     (lambda: swing.path(1.0).gradient(lambda last: last.energy), AttributeError, "no quantity `energy`; known: t, theta, v_theta, a_theta"),
     (lambda: swing.path(1.0).gradient(lambda last: last["theta"], of="all"), SetupError, "of is 'all'"),
     (lambda: swing.path(1.0).gradient(lambda last: 1 / 0), ZeroDivisionError, ""),
+    (lambda: pickle.dumps(swing.path(1.0)), TypeError, "a path cannot be pickled or copied"),
     (lambda: swing.path(1.0).tangents("lenght"), SetupError, "no variable `lenght`"),
 ]
 
@@ -198,6 +208,8 @@ BETWEEN: list[Case] = [
     (lambda: dsocs.Event("theta", ends=None), InputTypeError, "ends is None"),  # type: ignore[arg-type]
     (lambda: dsocs.Event(7), InputTypeError, "of is 7; expected the name of a column"),  # type: ignore[arg-type]
     (lambda: swing.flow().watch(1.0, dsocs.Event("energy")), SetupError, "no column `energy`"),
+    (lambda: swing.flow().watch(1.0, dsocs.Event("energy")), SetupError, "is watched as an observed expression"),
+    (lambda: rod.flow(h=0.01, q=[0, -1], v=[1, 0]).watch(1.0, "lambda_0"), SetupError, "multipliers are known at the nodes alone, run['lambda_0']"),
     (lambda: swing.flow().until(1.0).watch(0.5, "theta"), SetupError, "it lies the other way"),
     (lambda: swing.flow().sample("now"), InputTypeError, "times is 'now'"),
     (lambda: swing.flow().sample([[1.0]]), SetupError, "times has 2 dimensions"),
@@ -255,6 +267,8 @@ MODELS: list[Case] = [
 
 TEXTS: list[Case] = [
     (lambda: dsocs.System(7), InputTypeError, "text is int"),
+    (lambda: dsocs.System(), TypeError, "System.__init__() missing"),  # type: ignore[call-arg]
+    (lambda: dsocs.System.of([x], kinetic), TypeError, "System.of() takes 1 positional argument"),  # type: ignore[misc]
     (lambda: dsocs.System(Path("swing.dsocs")), InputTypeError, "dsocs.read"),
     (lambda: dsocs.System("swing.dsocs"), SetupError, "dsocs.read('swing.dsocs') reads it"),
     (lambda: dsocs.System(SWING, name=7), InputTypeError, "name is int"),
