@@ -349,6 +349,9 @@ def test_advice_is_that_of_python() -> None:
         contact.flow(h=0.01, q=[1.0], v=[0.0]).until(2.0)
     said = " ".join(str(one.message) for one in told)
     assert "`tolerance=`" in said and "--" not in said
+    jumps = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.abs();").check(h=0.1, until=3.0, q=[1.0], v=[0.3])
+    excuses = " ".join(str(finding.excuse) for finding in jumps)
+    assert "end before (`until=`)" in excuses and "--" not in excuses
 
 
 def test_a_report_is_written(swing: dsocs.System, tmp_path: os.PathLike[str]) -> None:
