@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from . import _dsocs
-from ._errors import Interrupted, SetupError
+from ._errors import SetupError, interruptible
 from ._setup import Setup
 from ._system import System
 
@@ -35,6 +35,8 @@ class Finding(NamedTuple):
 
 class Findings(tuple[Finding, ...]):
     """All findings of a check; `ok` is true if all limits are met or excused."""
+
+    __slots__ = ()
 
     @property
     def ok(self) -> bool:
@@ -67,8 +69,6 @@ def check_setup(system: System, setup: Setup, until: float) -> Findings:
     """Checks the motion of a run."""
     if setup.order > 2 or setup.tolerance is not None:
         raise SetupError("the checks are about the paper's step: order=2, without a tolerance")
-    try:
+    with interruptible("nothing is known of this motion; a shorter one (until=) takes less time"):
         found = _dsocs.check(system._raw, list(setup.values), setup.h, until, setup.beginning)
-    except KeyboardInterrupt:
-        raise Interrupted("interrupted: nothing is known of this motion; a shorter one (until=) takes less time") from None
     return Findings(Finding(**finding) for finding in found)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
 from typing import Any, Mapping, NamedTuple, TypeVar
 
 from . import _arrays, _dsocs, _given, _inputs
-from ._errors import DeclarationWarning, InputTypeError, SetupError
+from ._errors import DeclarationError, DeclarationWarning, InputTypeError, SetupError
 
 #: A class of systems.
 Kind = TypeVar("Kind", bound="Declared")
@@ -35,7 +36,7 @@ class RunText(NamedTuple):
     step: float | None
     until: float | None
 
-class Declared:
+class Declared(_inputs.Fixed):
     """A system with its declaration: the base of `System`."""
 
     def __init__(
@@ -56,6 +57,7 @@ class Declared:
         given = _given.samples(samples or {})
         numbers = [(str(key), _inputs.number(f"constants[{key!r}]", value)) for key, value in dict(constants or {}).items()]
         self._set(text, name, numbers, given, None, name, None)
+        self._check_samples(given)
         self._warn(3)
 
     @classmethod
@@ -92,10 +94,12 @@ class Declared:
         `holonomic`, `nonholonomic`, `kinematic`: a row or a list of rows, which are zero: constraints on positions, velocities, accelerations.
         `variational`: vectors that span the virtual displacements, each with a component for each coordinate, or `"chetaev"`.
         `constraint_forces`: instead, one-forms that span the constraint forces.
-        `external_forces`: a component for each coordinate, or a dict by name.
+        `external_forces`: a component for each coordinate, or a dict by name or by coordinate.
         `branch`: a factor that is divided out of a kinematic constraint.
         `observe`: expressions that are reported at every node, by name.
         `parameters`: the values of sympy's symbols, and of this package's parameters other ones than they were made with.
+
+        Of sympy, a matrix is taken as the list of its elements, or of its rows where vectors are asked for, and an `Eq` as the difference of its sides.
 
         The text of the system (`System.text`) says the same in the language of the text files. Raises `DeclarationError` with the statement that is
         wrong.
@@ -157,13 +161,34 @@ class Declared:
         # the coordinates with a velocity and a force: the first of the four numbers of a rotation has none
         self._moving = [name for place, name in enumerate(self._names) if place not in self._rotations]
         runs = [RunText(**run) for run in self._raw.runs()]
+        for of in (*self.coordinates, *self.observables):
+            if of.name.startswith("a_") and of.name[2:] in self._names:
+                raise DeclarationError(f"`{of.name}` is the column of the acceleration of `{of.name[2:]}`; expected another name")
         #: The runs of the text, by name; a run without a name has the key None.
         self.runs: dict[str | None, RunText] = {of.name: of for of in runs}
         if run is not None and run not in self.runs:
             raise _inputs.unknown("run", run, [str(known) for known in self.runs if known is not None])
         self._run = run
+        self._seal()
+
+    def _advice(self, name: str) -> str:
+        places = {of.name: place for place, of in enumerate(self._parameters)}
+        if name in places or _arrays.elements(name, places)[0]:
+            return f"a system never changes: a run takes other values, `system.flow({name}=…)`"
+        return "a system never changes"
+
+    def _check_samples(self, given: Mapping[str, Any]) -> None:
+        """Refuses tables that the text does not ask for."""
+        known = dict.fromkeys((*self._tables, *self._tables.values()))
+        for name in given:
+            if name not in known:
+                raise _inputs.unknown("table of samples", name, known)
 
     def _warn(self, stacklevel: int) -> None:
+        asks = sys._getframe(stacklevel - 1)
+        if (asks.f_globals.get("__name__"), asks.f_code.co_name) == ("__mp_main__", "<module>"):
+            # a process that was spawned runs its parent's script once more, which has warned there
+            return
         for warning in self._raw.warnings(self._shown_as):
             warnings.warn(warning.removeprefix("warning: "), DeclarationWarning, stacklevel=stacklevel)
 
@@ -249,6 +274,11 @@ class Declared:
 
     def _state(self) -> tuple[Any, ...]:
         return (self.text, self.name, self._constants, self._samples, self._run, self._shown_as, self._path)
+
+
+for _method in (Declared.__init__, Declared.of.__func__):  # type: ignore[attr-defined]
+    # Python's own messages on arguments name the class that users know
+    _method.__qualname__ = _method.__qualname__.replace("Declared", "System")
 
 
 def _read(name: str, shown_as: str, text: str, constants: Any, samples: Any) -> Any:

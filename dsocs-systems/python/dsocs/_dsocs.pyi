@@ -16,7 +16,7 @@ class Node:
     """A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 
     `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` its velocity, acceleration and force,
-    `node["height"]` an observed expression,
+    `node["height"]` an observed expression, `node["lambda_0"]` a multiplier,
     `node["torque"]` a parameter, with the value that was set last, there or before. Where the name is that of
     an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
     """

@@ -194,6 +194,8 @@ def _value(x: Any) -> Any:
 class DualNode:
     """A node whose numbers carry their derivatives by its position, velocity and acceleration."""
 
+    __slots__ = ("_names", "_rotations", "a", "index", "q", "t", "v")
+
     def __init__(self, index: int, t: float, q: Array, v: Array, a: Array, names: Sequence[str], rotations: Sequence[int]) -> None:
         #: The number of the node.
         self.index = index
@@ -211,7 +213,9 @@ class DualNode:
         self.q, self.v, self.a = numbers.reshape(3, len(names))
 
     def __getitem__(self, name: str) -> Any:
-        """A coordinate by its name, `v_theta` or `a_theta`; an array of them, or a rotation, by its own name."""
+        """A coordinate by its name, `v_theta`, `a_theta` or `t`; an array of them, or a rotation, by its own name."""
+        if name == "t":
+            return self.t
         for prefix, vector in (("", self.q), ("v_", self.v), ("a_", self.a)):
             if name.startswith(prefix) and name[len(prefix) :] in self._names:
                 return vector[list(self._names).index(name[len(prefix) :])]
@@ -220,4 +224,18 @@ class DualNode:
             places, shape = among(name[len(prefix) :], self._names, self._rotations, moving=prefix != "")
             if places:
                 return vector[places].reshape(shape)
-        raise KeyError(str(unknown("coordinate", name, self._names)))
+        raise KeyError(self._missing(name))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            # copy and pickle ask for methods before there are names
+            raise AttributeError(name)
+        raise AttributeError(self._missing(name))
+
+    def _missing(self, name: str) -> str:
+        moving = [x for place, x in enumerate(self._names) if place not in self._rotations]
+        known = ["t", *self._names, *(f"{prefix}{x}" for prefix in ("v_", "a_") for x in moving)]
+        return (
+            f"{unknown('quantity', name, known)}; a cost is made of these, or of the arrays q, v and a: an observed expression, the energy or a force is "
+            "written out in them"
+        )

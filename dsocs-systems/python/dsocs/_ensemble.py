@@ -19,7 +19,7 @@ from ._system import System
 Array = npt.NDArray[np.float64]
 
 
-class Ends:
+class Ends(_inputs.Fixed):
     """The ends of many runs: arrays with a row for each run. A run that failed has NaN, and its error is in `failures`."""
 
     def __init__(self, system: System, results: Mapping[str, Any], varied: Mapping[str, Array]) -> None:
@@ -45,6 +45,7 @@ class Ends:
         #: reached the end are among them.
         self.failures: dict[int, Error] = dict(results["failures"])
         self._interrupted = False
+        self._seal()
 
     def _interrupt(self, is_unfinished: npt.NDArray[np.bool_]) -> None:
         """Leaves out the runs that had not reached their end when the ensemble was interrupted."""
@@ -74,7 +75,8 @@ class Ends:
         if wide is not None:
             return wide
         others = [f"{prefix}{x}" for prefix in ("a_", "force_") for x in self._system._moving]
-        raise KeyError(str(_inputs.unknown("column", name, [*self._columns(), *others])))
+        multipliers = "; an ensemble keeps no multipliers, which system.flow(…) has" if self._system.forms else ""
+        raise KeyError(f"{_inputs.unknown('column', name, [*self._columns(), *others])}{multipliers}")
 
     def _columns(self) -> list[str]:
         names = self._system._names
@@ -98,10 +100,11 @@ class Ends:
             said = f", interrupted: {len(self) - len(self.failures)} reached the end"
         elif self.failures:
             said = f", {len(self.failures)} failed"
-        return f"<Ends of {len(self)} runs of {self._system.name}{said}>"
+        shapes = f"t and energy {self.t.shape}, q, v, a and force {self.q.shape}, observed {self.observed.shape}"
+        return f"<Ends of {len(self)} runs of {self._system.name}{said}; {shapes}>"
 
 
-class Ensemble:
+class Ensemble(_inputs.Fixed):
     """Many runs that have not begun: `until` computes their ends."""
 
     def __init__(
@@ -111,6 +114,11 @@ class Ensemble:
         #: The system.
         self.system = system
         names = system._names
+        for name, given in (("h", h), ("t", t), ("tolerance", tolerance)):
+            if np.ndim(given):
+                raise SetupError(
+                    f"{name} has the shape {np.shape(given)}; expected one number, which all runs share: only q, v and parameters vary from run to run"
+                )
         single, varied = _split(system, values)
         system._with(single)
         text = system._run_text(run)
@@ -131,6 +139,8 @@ class Ensemble:
         if not different:
             raise SetupError("nothing varies from run to run: give q or v as an array of the shape (runs, coordinates), or a parameter as an array")
         self._count = different[0]
+        if self._count == 0:
+            raise SetupError(f"{' and '.join(counts)} {'is' if len(counts) == 1 else 'are'} for no run at all: the first dimension, that of the runs, is 0")
         first = {"q": None if rows_q is None else np.atleast_2d(rows_q)[:1], "v": None if rows_v is None else np.atleast_2d(rows_v)[:1]}
         sample = {name: None if row is None or not len(row) else row[0] for name, row in first.items()}
         self._setup = Setup.of(
@@ -142,6 +152,10 @@ class Ensemble:
         self._q = np.broadcast_to(q0 if rows_q is None else rows_q, (self._count, len(names)))
         self._v = np.broadcast_to(v0 if rows_v is None else rows_v, (self._count, len(names)))
         self._varied = varied
+        self._seal()
+
+    def _advice(self, name: str) -> str:
+        return "an ensemble is set up by `system.ensemble(…)`"
 
     def __len__(self) -> int:
         """The number of runs."""

@@ -11,14 +11,15 @@
 | `EquilibriumError` | no state of rest is found |
 | `Interrupted` | Ctrl-C ended a run; it is a `KeyboardInterrupt` and no `Error`, and has the run up to there |
 
-Where Python has an exception of its own, that one is raised: `KeyError` for a column that does not exist, `IndexError` for a node,
-`FileNotFoundError` and its like for files, `MemoryError` for a run that is too long, `ImportError` for a package that is not installed where it is
-asked for by name.
+Where Python has an exception of its own, that one is raised: `KeyError` for a column that does not exist, `IndexError` for a node, `AttributeError`
+for an attribute that is set, `FileNotFoundError` and its like for files, `MemoryError` for a run that is too long, `ImportError` for a package that is
+not installed where it is asked for by name.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Iterator, NamedTuple, Sequence
 
 if TYPE_CHECKING:
     from ._run import Run
@@ -143,12 +144,23 @@ class EquilibriumError(Error, ArithmeticError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C interrupted a run. The nodes computed before are in `run`, which can go on."""
+    """Ctrl-C interrupted a run. The nodes computed before are in `run`, which can go on; it is None where nothing is kept."""
 
     def __init__(self, message: str, run: Run | None = None) -> None:
         super().__init__(message)
         #: The run up to there.
         self.run = run
+
+
+@contextmanager
+def interruptible(said: str) -> Iterator[None]:
+    """Ctrl-C inside is `Interrupted`, with what is lost by it."""
+    try:
+        yield
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted: {said}") from None
 
 
 class DeclarationWarning(UserWarning):

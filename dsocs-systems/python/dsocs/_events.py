@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arrays, _inputs
-from ._errors import InputTypeError
+from ._errors import InputTypeError, SetupError
 
 if TYPE_CHECKING:
     from ._system import System
@@ -22,13 +22,20 @@ class Event:
     """Where a column passes a value.
 
     `of` is a coordinate, `v_theta`, `a_theta` or an observed expression. `level` is the value. `rising` says which passages count: True those upwards in the direction of the run, False those
-    downwards, None both. `ends` says whether the run ends there.
+    downwards, None both. `ends` says whether the run ends there: the last node that it keeps is the one before the event.
     """
 
     of: str
     level: float = 0.0
     rising: bool | None = None
     ends: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.of, str):
+            raise InputTypeError(f"of is {self.of!r:.60}; expected the name of a column")
+        _inputs.number("level", self.level)
+        _inputs.truth("rising", self.rising, or_none=True)
+        _inputs.truth("ends", self.ends)
 
     @staticmethod
     def of_name(given: object) -> Event:
@@ -41,7 +48,7 @@ class Event:
 
     def _found(self, system: System) -> tuple[str, int, float, int, bool]:
         """The event in the form of the engine."""
-        level = _inputs.number("level", self.level)
+        level = float(self.level)
         direction = 0 if self.rising is None else 1 if self.rising else -1
         names = system._names
         for prefix, part in (("", "q"), ("v_", "v"), ("a_", "a")):
@@ -51,7 +58,11 @@ class Event:
         if self.of in observed:
             return "observed", observed.index(self.of), level, direction, bool(self.ends)
         known = [*names, *(f"{prefix}{x}" for prefix in ("v_", "a_") for x in names), *observed]
-        raise _inputs.unknown("column", self.of, known)
+        error = _inputs.unknown("column", self.of, known)
+        raise SetupError(
+            f"{error}; a function of position and velocity is watched as an observed expression, `let power = …; observe = [power];` in the text or "
+            "observe={'power': …} of System.of; forces and multipliers are known at the nodes alone, run['lambda_0']"
+        )
 
 
 class Occurrence(NamedTuple):
@@ -71,7 +82,7 @@ class Occurrence(NamedTuple):
     a: Array
 
 
-class Occurrences(Sequence[Occurrence]):
+class Occurrences(_inputs.Fixed, Sequence[Occurrence]):
     """The events of a run, in the order in which they happened. `ended` is true if the last of them ended it."""
 
     def __init__(self, system: System, events: Sequence[Event], found: Sequence[tuple[Any, ...]], ended: bool) -> None:
@@ -81,6 +92,7 @@ class Occurrences(Sequence[Occurrence]):
         self._system, self._events = system, tuple(events)
         #: Whether the last one ended the run.
         self.ended = ended
+        self._seal()
 
     @property
     def t(self) -> Array:
@@ -113,7 +125,7 @@ class Occurrences(Sequence[Occurrence]):
         return "\n".join([f"<{len(self)} event{'' if len(self) == 1 else 's'} of {self._system.name}>", *lines, *more])
 
 
-class Points:
+class Points(_inputs.Fixed):
     """The motion at some times: arrays with a row for each. `points["theta"]` is a column by its name."""
 
     def __init__(self, system: System, t: Array, q: Array, v: Array, a: Array, observed: Array) -> None:
@@ -128,6 +140,7 @@ class Points:
         self.a = a
         #: The observed expressions: an array of the shape (times, expressions).
         self.observed = observed
+        self._seal()
 
     def __len__(self) -> int:
         return len(self.t)

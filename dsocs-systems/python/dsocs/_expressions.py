@@ -15,7 +15,7 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, Sequence, Union
 import numpy as np
 
 from ._errors import InputTypeError, SetupError
-from ._inputs import number, unknown
+from ._inputs import miscounted, number, unknown
 
 #: The types that an operator takes besides expressions.
 ExpressionLike = Union["Expression", float, int]
@@ -103,6 +103,11 @@ class Expression:
     def __bool__(self) -> bool:
         raise InputTypeError(
             f"`{self}` is neither true nor false: it has a value in a run alone; where it decides, write where(a < b, x, y)"
+        )
+
+    def _sympy_(self) -> Any:
+        raise InputTypeError(
+            f"`{self}` is an expression of dsocs, and meets one of sympy: write a system in one of the two; dsocs.to_sympy({self}) is this one in sympy"
         )
 
     def __float__(self) -> float:
@@ -209,6 +214,8 @@ def _expression(name: str, given: Any) -> Expression:
     found = _maybe(given)
     if found is not None:
         return found
+    if _is_matrix(given) and given.shape == (1, 1):
+        given = given[0]
     converted = _from_sympy(given)
     if converted is None:
         if isinstance(given, tuple) and len(given) == 1 and isinstance(given[0], Expression):
@@ -300,14 +307,18 @@ _UFUNCS: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
+def _a(kind: str) -> str:
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
+
+
 def _checked_name(kind: str, name: object) -> str:
     if not isinstance(name, str):
-        raise InputTypeError(f"the name of a {kind} is {name!r}; expected a text")
+        raise InputTypeError(f"the name of {_a(kind)} is {name!r}; expected a text")
     if (meaning := _MEANINGS.get(name)) is not None:
-        raise SetupError(f"`{name}` cannot be the name of a {kind}: in a declaration it is {meaning}")
+        raise SetupError(f"`{name}` cannot be the name of {_a(kind)}: in a declaration it is {meaning}")
     if not _NAME.match(name) or name in _WORDS or keyword.iskeyword(name):
         turns = "; rotations and arrays of coordinates are said in a text: dsocs.System(\"…\")" if kind == "coordinate" and ":" in str(name) else ""
-        raise SetupError(f"`{name}` cannot be the name of a {kind}: expected a word of letters, digits and `_` that means nothing else{turns}")
+        raise SetupError(f"`{name}` cannot be the name of {_a(kind)}: expected a word of letters, digits and `_` that means nothing else{turns}")
     return name
 
 
@@ -441,17 +452,30 @@ def _walk(roots: Iterable[Expression]) -> Iterator[Expression]:
             stack.extend((arg, False) for arg in reversed(node._args))
 
 
+def _several(given: Any) -> list[Any]:
+    """The elements of a list, an array or a matrix of sympy; a single one is a list of one."""
+    return list(given) if isinstance(given, (list, tuple)) or isinstance(given, np.ndarray) and given.ndim or _is_matrix(given) else [given]
+
+
 def _rows(name: str, given: Any) -> list[Expression]:
     """The rows of an argument: one, or several."""
     if given is None:
         return []
-    if isinstance(given, (list, tuple, np.ndarray)):
-        return [_expression(f"{name}[{place}]", row) for place, row in enumerate(given)]
-    return [_expression(name, given)]
+    rows = _several(given)
+    return [_expression(f"{name}[{place}]" if len(rows) > 1 or rows[0] is not given else name, _row(row)) for place, row in enumerate(rows)]
+
+
+def _row(given: Any) -> Any:
+    """A row that is zero; an equation of sympy is that of its sides' difference."""
+    sympy = sys.modules.get("sympy")
+    return given.lhs - given.rhs if sympy is not None and isinstance(given, sympy.Eq) else given
 
 
 def _fields(name: str, given: Any, own: Sequence[str]) -> list[list[Expression]]:
     """Vectors, each with a component for each coordinate."""
+    if _is_matrix(given):
+        # a column is one vector
+        given = [given] if given.shape == (len(own), 1) else given.tolist()
     if not isinstance(given, (list, tuple, np.ndarray)):
         raise InputTypeError(f"{name} is {given!r:.80}; expected a list of vectors, each with a component for each coordinate")
     return [_components(f"{name}[{place}]", field, own) for place, field in enumerate(given)]
@@ -462,20 +486,20 @@ def _components(name: str, given: Any, own: Sequence[str]) -> list[Expression]:
     if isinstance(given, Mapping):
         by_name = {}
         for key, component in given.items():
-            coordinate = key._value[0] if isinstance(key, Expression) and key._op == "coordinate" else str(key)
+            of = _context.coordinates.get(key, key) if _context is not None else key
+            coordinate = of._value[0] if isinstance(of, Expression) and of._op == "coordinate" else str(key)
             if coordinate not in own:
                 raise SetupError(f"{name} has a component for `{key}`, which is no coordinate; these are {', '.join(own)}")
             by_name[coordinate] = _expression(f"{name}[{coordinate!r}]", component)
         return [by_name.get(coordinate, Expression("number", value=0.0)) for coordinate in own]
-    if not isinstance(given, (list, tuple, np.ndarray)):
-        given = [given]
-    if len(given) != len(own):
-        raise SetupError(f"{name} has {len(given)} components, but there are {len(own)} coordinates: {', '.join(own)}")
-    return [_expression(f"{name}[{place}]", component) for place, component in enumerate(given)]
+    parts = _several(given)
+    if len(parts) != len(own):
+        raise SetupError(miscounted(name, len(parts), own))
+    return [_expression(f"{name}[{place}]", component) for place, component in enumerate(parts)]
 
 
 def written(
-    own: Sequence[Any],
+    own: Any,
     *,
     lagrangian: Any,
     holonomic: Any,
@@ -492,11 +516,16 @@ def written(
     """The text of a system that is given by expressions."""
     if parameters is not None and not isinstance(parameters, Mapping):
         raise InputTypeError(f"parameters is {type(parameters).__name__}; expected a dict of values by name")
-    given_values = {str(name): number(f"parameters[{str(name)!r}]", value) for name, value in dict(parameters or {}).items()}
+    given_values: dict[str, float] = {}
+    for name, value in dict(parameters or {}).items():
+        checked = number(f"parameters[{str(name)!r}]", value)
+        # sympy takes symbols of one name with other assumptions for different ones; a declaration has names alone
+        if given_values.setdefault(str(name), checked) != checked:
+            raise _two_values(str(name), given_values[str(name)], checked)
     if observe is not None and not isinstance(observe, Mapping):
         raise InputTypeError(f"observe is {observe!r:.60}; expected a dict of expressions by the names under which they are observed, observe={{'height': …}}")
-    with _sympy_context(own, given_values):
-        given = [own] if isinstance(own, Expression) else list(own)
+    given = list(own) if _is_matrix(own) or hasattr(own, "__iter__") else [own]
+    with _sympy_context(given, given_values):
         listed = [_expression(f"coordinates[{place}]", of) for place, of in enumerate(given)]
         names: list[str] = []
         for place, of in enumerate(listed):
@@ -600,9 +629,13 @@ def _known(nodes: Iterable[Expression], names: Sequence[str]) -> dict[str, tuple
                 raise SetupError(f"`{name}` is a coordinate and a parameter")
             before = known.get(name)
             if before is not None and before[0] != value:
-                raise SetupError(f"the parameter `{name}` has two values, {before[0]:g} and {value:g}")
+                raise _two_values(name, before[0], value)
             known[name] = (value, about or (before[1] if before else ""))
     return known
+
+
+def _two_values(name: str, one: float, other: float) -> SetupError:
+    return SetupError(f"the parameter `{name}` has two values, {one:g} and {other:g}; give one of the two another name")
 
 
 # sympy
@@ -611,7 +644,7 @@ def _known(nodes: Iterable[Expression], names: Sequence[str]) -> dict[str, tuple
 class _SympyContext:
     """The meanings of sympy's symbols while a system is written."""
 
-    def __init__(self, own: Any, parameters: Mapping[str, float] | None) -> None:
+    def __init__(self, own: Sequence[Any], parameters: Mapping[str, float] | None) -> None:
         self.parameters = {str(name): value for name, value in dict(parameters or {}).items()}
         self.coordinates: dict[Any, Expression] = {}
         self.time: Any = None
@@ -623,17 +656,17 @@ _context: _SympyContext | None = None
 
 
 class _sympy_context:  # noqa: N801
-    def __init__(self, own: Any, parameters: Mapping[str, float] | None) -> None:
+    def __init__(self, own: Sequence[Any], parameters: Mapping[str, float] | None) -> None:
         self.context = _SympyContext(own, parameters)
 
     def __enter__(self) -> None:
         global _context
         _context = self.context
-        of: Any
-        for of in [self.context.own] if isinstance(self.context.own, Expression) else list(self.context.own):
+        for of in self.context.own:
             if _is_sympy(of):
-                if len(of.args) != 1:
-                    raise SetupError(f"the coordinate {of} is no function of the time alone")
+                if not of.is_Function or len(of.args) != 1:
+                    own = str(of) if of.is_Symbol else "q"
+                    raise SetupError(f"the coordinate `{of}` is no function of the time alone: sympy.physics.mechanics.dynamicsymbols({own!r}) is one")
                 self.context.time = of.args[0]
                 name = _checked_name("coordinate", str(of.func))
                 self.context.coordinates[of] = Expression("coordinate", value=(name, ""))
@@ -647,6 +680,12 @@ def _is_sympy(given: Any) -> bool:
     """Whether a value is a sympy expression; sympy is not imported for it."""
     sympy = sys.modules.get("sympy")
     return sympy is not None and isinstance(given, sympy.Basic)
+
+
+def _is_matrix(given: Any) -> bool:
+    """Whether a value is a matrix of sympy."""
+    sympy = sys.modules.get("sympy")
+    return sympy is not None and isinstance(given, sympy.MatrixBase)
 
 
 def _from_sympy(given: Any) -> Expression | None:
@@ -663,12 +702,19 @@ def _from_sympy(given: Any) -> Expression | None:
 
 _SYMPY = dict(
     sin="sin", cos="cos", tan="tan", asin="asin", acos="acos", atan="atan", sinh="sinh", cosh="cosh", tanh="tanh", asinh="asinh", acosh="acosh",
-    atanh="atanh", exp="exp", log="ln", Abs="abs", sign="signum", atan2="atan2",
+    atanh="atanh", exp="exp", log="ln", Abs="abs", sign="signum", atan2="atan2", Max="max", Min="min",
 )  # fmt: skip
+
+#: What stands for functions of sympy that a declaration does not know.
+_SUBSTITUTES = {
+    "Heaviside": "Piecewise((0, x < 0), (1, True))", "sec": "1/cos(x)", "csc": "1/sin(x)", "cot": "1/tan(x)", "sech": "1/cosh(x)", "csch": "1/sinh(x)",
+    "coth": "1/tanh(x)", "sinc": "sin(x)/x",
+}  # fmt: skip
 
 
 def _converted(given: Any, context: _SympyContext) -> Expression:
     import sympy
+    from sympy.core.function import AppliedUndef
 
     def of(part: Any) -> Expression:
         return _expression("a part of an expression of sympy", part)
@@ -681,6 +727,11 @@ def _converted(given: Any, context: _SympyContext) -> Expression:
         return Expression("number", value=number(str(given), float(given)))
     if given.is_Symbol:
         name = str(given)
+        if context.time is not None and name == str(context.time):
+            raise SetupError(
+                f"the symbol `{name}` is not the time of the coordinates, since it has other assumptions: take theirs, "
+                "`sympy.physics.mechanics.dynamicsymbols._t`"
+            )
         if name not in context.parameters:
             raise SetupError(f"the symbol `{name}` is neither a coordinate nor the time, and has no value: parameters={{{name!r}: …}} gives one")
         return parameter(name, context.parameters[name])
@@ -709,16 +760,53 @@ def _converted(given: Any, context: _SympyContext) -> Expression:
             raise SetupError(f"`{given}` is a derivative above the third")
         return Expression(("dot", "ddot", "dddot")[count - 1], (inner,))
     name = type(given).__name__
+    if name in ("Max", "Min"):
+        first, *others = (of(part) for part in given.args)
+        for other in others:
+            first = _call(_SYMPY[name], first, other)
+        return first
     if name in _SYMPY:
         return _call(_SYMPY[name], *(of(part) for part in given.args))
-    if isinstance(given, sympy.Piecewise) and len(given.args) == 2 and given.args[1][1] == sympy.true:
-        (x, condition), (y, _) = given.args
-        if isinstance(condition, (sympy.StrictLessThan, sympy.LessThan, sympy.StrictGreaterThan, sympy.GreaterThan)):
-            strict = isinstance(condition, (sympy.StrictLessThan, sympy.StrictGreaterThan))
-            return where(_compared("<" if strict else "<=", of(condition.lts), of(condition.gts)), of(x), of(y))
+    if isinstance(given, sympy.Piecewise):
+        *branches, (last, condition) = given.args
+        if condition != sympy.true:
+            raise SetupError(f"`{given}` has no value where none of its conditions holds: its last part is `(…, True)`")
+        chosen = of(last)
+        for x, condition in reversed(branches):
+            chosen = _chosen(condition, of(x), chosen)
+        return chosen
+    if name in _SUBSTITUTES:
+        raise SetupError(f"a declaration does not know `{given}`: what stands for it is {_SUBSTITUTES[name]}")
+    if isinstance(given, AppliedUndef):
+        own = str(given.func)
+        raise SetupError(
+            f"`{given}` is none of the coordinates; an input, which a run may set, is a symbol with a value, sympy.Symbol({own!r}) and "
+            f"parameters={{{own!r}: …}}"
+        )
     if given.is_Function:
-        raise SetupError(f"`{given}` is none of the coordinates, and no function that a declaration knows")
+        raise SetupError(f"`{given}` is no function that a declaration knows")
     raise SetupError(f"`{given}` has no counterpart in a declaration")
+
+
+def _chosen(condition: Any, x: Expression, y: Expression) -> Expression:
+    """`x` where a condition of sympy holds, and `y` elsewhere."""
+    import sympy
+
+    if isinstance(condition, sympy.And):
+        for part in condition.args:
+            x = _chosen(part, x, y)
+        return x
+    if isinstance(condition, sympy.Or):
+        for part in condition.args:
+            y = _chosen(part, x, y)
+        return y
+    if isinstance(condition, sympy.Not):
+        return _chosen(condition.args[0], y, x)
+    if isinstance(condition, (sympy.StrictLessThan, sympy.LessThan, sympy.StrictGreaterThan, sympy.GreaterThan)):
+        strict = isinstance(condition, (sympy.StrictLessThan, sympy.StrictGreaterThan))
+        less, greater = (_expression("a side of a comparison", side) for side in (condition.lts, condition.gts))
+        return where(_compared("<" if strict else "<=", less, greater), x, y)
+    raise SetupError(f"`{condition}` has no counterpart in a declaration; a condition compares by <, <=, > or >=")
 
 
 def to_sympy(of: Expression) -> Any:

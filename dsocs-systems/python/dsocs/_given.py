@@ -14,6 +14,8 @@ from ._errors import DeclarationError, InputTypeError, SetupError
 class Values(dict[str, float]):
     """The values of parameters by name, read-only."""
 
+    __slots__ = ()
+
     def _refuse(self, *_: Any, **__: Any) -> Any:
         raise InputTypeError(
             "these values cannot be changed: a run takes others, `system.flow(length=1.2)`, and changes them on the way by `run.set(torque=0.5)`; `dict(…)` of them is a copy that can"
@@ -69,12 +71,12 @@ def samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
             places, values = table
         except (TypeError, ValueError):
             raise InputTypeError(f"{what} is no pair; expected two arrays, places and values") from None
-        places, values = _inputs.array(f"{what}[0]", places), _inputs.array(f"{what}[1]", values)
-        if places.ndim != 1 or places.shape != values.shape:
-            raise SetupError(
-                f"{what} has places of the shape {places.shape} and values of the shape {values.shape}; expected two rows of one length"
-            )
-        tables[str(name)] = list(zip(places.tolist(), values.tolist()))
+        arrays = _inputs.array(f"{what}[0]", places), _inputs.array(f"{what}[1]", values)
+        # numbers without a dimension are no rows, although the arrays of them have one
+        shapes = np.shape(places), np.shape(values)
+        if len(shapes[0]) != 1 or shapes[0] != shapes[1]:
+            raise SetupError(f"{what} has places of the shape {shapes[0]} and values of the shape {shapes[1]}; expected two rows of one length")
+        tables[str(name)] = list(zip(*(column.tolist() for column in arrays)))
     return tables
 
 

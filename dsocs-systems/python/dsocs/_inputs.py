@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
-from typing import Any, Iterable, Mapping, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,34 @@ from ._errors import InputTypeError, SetupError
 #: A vector: a number for each coordinate in the order of the declaration, or by name; or a number, if there
 #: is one coordinate.
 VectorLike = Union[float, Sequence[float], npt.NDArray[Any], Mapping[str, float]]
+
+
+class Fixed:
+    """An object whose attributes users cannot set, since nothing would ask for them: its class calls `_seal` when all are there."""
+
+    _sealed = False
+
+    def _seal(self) -> None:
+        self._sealed = True
+
+    def _advice(self, name: str) -> str:
+        """What to do instead of setting an attribute."""
+        return "its attributes are what was computed"
+
+    # type checkers refuse attributes that no class has by themselves
+    if not TYPE_CHECKING:
+
+        def __setattr__(self, name: str, value: object) -> None:
+            self._refuse(name)
+            object.__setattr__(self, name, value)
+
+        def __delattr__(self, name: str) -> None:
+            self._refuse(name)
+            object.__delattr__(self, name)
+
+        def _refuse(self, name: str) -> None:
+            if self._sealed and not name.startswith("_"):
+                raise AttributeError(f"`{name}` cannot be set: nothing would use it on a `{type(self).__name__}`; {self._advice(name)}")
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> SetupError:
@@ -42,6 +70,15 @@ def number(name: str, given: object) -> float:
     if not math.isfinite(value):
         raise SetupError(f"{name} is {value}; it must be finite")
     return value
+
+
+def truth(name: str, given: object, *, or_none: bool = False) -> bool | None:
+    """True or False, checked; or None, where that has a meaning of its own."""
+    if given is None and or_none:
+        return None
+    if not isinstance(given, (bool, np.bool_)):
+        raise InputTypeError(f"{name} is {_shown(given)}; expected True{', False or None' if or_none else ' or False'}")
+    return bool(given)
 
 
 def whole(name: str, given: object, least: int) -> int:
@@ -103,12 +140,18 @@ def vector(
     if values_.ndim != 1:
         raise SetupError(f"{name} has {values_.ndim} dimensions; expected a number for each coordinate: {', '.join(coordinates)}")
     if len(values_) != len(coordinates):
-        components = "component" if len(values_) == 1 else "components"
-        raise SetupError(
-            f"{name} has {len(values_)} {components}, but there are {len(coordinates)} coordinates: {', '.join(coordinates)}"
-        )
+        raise SetupError(miscounted(name, len(values_), coordinates))
     result: list[float] = values_.tolist()
     return result
+
+
+def miscounted(name: str, count: int, coordinates: Sequence[str]) -> str:
+    """The message for a vector with too few or too many components."""
+    one = len(coordinates) == 1
+    return (
+        f"{name} has {count} component{'' if count == 1 else 's'}, but there {'is' if one else 'are'} {len(coordinates)} "
+        f"coordinate{'' if one else 's'}: {', '.join(coordinates)}"
+    )
 
 
 def by_element(name: str, given: Any, coordinates: Sequence[str], rotations: Sequence[int]) -> Any:

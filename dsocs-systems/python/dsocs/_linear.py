@@ -35,6 +35,14 @@ def _complex(pairs: Sequence[Sequence[float]]) -> Complex:
     return array
 
 
+def _shown(eigenvalues: Complex) -> str:
+    """Eigenvalues in a line, conjugate ones as one."""
+    # without the signs of zeros
+    numbers = [(float(z.real) + 0.0, float(z.imag)) for z in eigenvalues if z.imag >= 0]
+    shown = [f"{re:.4g}" if im == 0 else f"{re:.4g}±{im:.4g}j" for re, im in numbers]
+    return "eigenvalues: " + ", ".join([*shown[:8], *(["…"] if len(shown) > 8 else [])])
+
+
 def _names(what: str, given: Names | None) -> list[str] | None:
     """The names, of which one may be given alone."""
     if given is None:
@@ -55,7 +63,7 @@ def _elements(names: list[str] | None, system: System) -> list[str] | None:
     return [element for name, (places, _) in zip(names, found) for element in ([known[place] for place in places] or [name])]
 
 
-class LinearModel:
+class LinearModel(_inputs.Fixed):
     """The linear model of a system about a state, of its continuous motion or of the paper's step:
 
     ```text
@@ -122,6 +130,7 @@ class LinearModel:
         self.basis_after: Array = _fixed(results["basis_after"], (n, both))
         self._eigenvalues = results["eigenvalues"]
         self._results = dict(results)
+        self._seal()
 
     @property
     def discrete(self) -> bool:
@@ -178,13 +187,14 @@ class LinearModel:
     def __repr__(self) -> str:
         kind = "continuous" if self.step is None else f"step={self.step:g}"
         parts = [f"states: {', '.join(self.states)}", f"inputs: {', '.join(self.inputs)}", f"outputs: {', '.join(self.outputs)}"]
+        parts += [", ".join(f"{name} {matrix.shape}" for name, matrix in zip("ABCD", (self.A, self.B, self.C, self.D))), _shown(self.eigenvalues)]
         return f"<LinearModel of {self.system.name} ({kind}); {'; '.join(parts)}>"
 
     def __reduce__(self) -> Any:
         return LinearModel, (self.system, self._results)
 
 
-class Equilibrium:
+class Equilibrium(_inputs.Fixed):
     """A state of rest. `equilibrium["theta"]` is a coordinate or a parameter by name. `System.equilibrium` finds it."""
 
     def __init__(self, system: System, results: Mapping[str, Any], t: float) -> None:
@@ -212,6 +222,7 @@ class Equilibrium:
         self.failure: str | None = results["failure"]
         self._eigenvalues = results["eigenvalues"]
         self._results = dict(results)
+        self._seal()
 
     @property
     def isolated(self) -> bool:
@@ -239,6 +250,8 @@ class Equilibrium:
     def __repr__(self) -> str:
         place = ", ".join(f"{name}={x:.6g}" for name, x in zip(self.system._names, self.q))
         parts = [place, self.stability or "no linear model"]
+        if self.eigenvalues is not None:
+            parts.append(_shown(self.eigenvalues))
         if not self.isolated:
             parts.append(f"one of a continuum of {len(self.directions)} dimension{'s' if len(self.directions) > 1 else ''}")
         if self.held_by_friction:
@@ -251,7 +264,7 @@ class Equilibrium:
         return Equilibrium, (self.system, self._results, self.t)
 
 
-class Equilibria(Sequence[Equilibrium]):
+class Equilibria(_inputs.Fixed, Sequence[Equilibrium]):
     """The equilibria that are found from some guesses, each once."""
 
     def __init__(self, found: Sequence[Equilibrium], of_guess: Sequence[Any]) -> None:
@@ -260,6 +273,7 @@ class Equilibria(Sequence[Equilibrium]):
         self.of_guess: list[int | None] = [place if isinstance(place, int) else None for place in of_guess]
         #: The guesses without an equilibrium, by their indices, each with its exception.
         self.failures: dict[int, Exception] = {k: place for k, place in enumerate(of_guess) if isinstance(place, Exception)}
+        self._seal()
 
     def __len__(self) -> int:
         return len(self._found)

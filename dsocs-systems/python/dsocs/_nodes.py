@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-class Nodes:
+class Nodes(_inputs.Fixed):
     """The nodes that a run has so far, as arrays: the base of `Run`."""
 
     def __init__(self, system: System, setup: Setup) -> None:
@@ -29,6 +29,7 @@ class Nodes:
         self._setup = setup
         self._raw_run: Any = setup.begin(system)
         self._kept: dict[str, Any] | None = None
+        self._seal()
 
     @property
     def _raw(self) -> Any:
@@ -191,6 +192,10 @@ class Nodes:
     def __getitem__(self, key: str | int) -> Array | Node:
         if isinstance(key, str):
             return self._column(key)
+        if isinstance(key, slice):
+            rows = ":".join("" if part is None else str(part) for part in (key.start, key.stop, key.step)[: 2 + (key.step is not None)])
+            column = f"run[{self.system._names[0]!r}]"
+            raise InputTypeError(f"run[{rows}]: a run has columns and nodes; its rows are those of an array, run.q[{rows}] or {column}[{rows}]")
         if isinstance(key, (bool, np.bool_)) or not isinstance(key, (int, np.integer)):
             raise InputTypeError(f"run[{key!r}]: expected the name of a column, or the number of a node that is kept")
         count = len(self)

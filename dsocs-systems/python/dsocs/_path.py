@@ -10,7 +10,7 @@ import numpy.typing as npt
 from . import _dsocs, _inputs
 from ._dsocs import Node
 from ._dual import Dual, DualNode
-from ._errors import InputTypeError, SetupError
+from ._errors import InputTypeError, SetupError, interruptible
 from ._setup import Setup
 from ._system import System
 
@@ -37,7 +37,7 @@ class Gradient(NamedTuple):
     parameters: dict[str, float]
 
 
-class Path:
+class Path(_inputs.Fixed):
     """A run by the paper's step whose steps are kept, so that it can be differentiated."""
 
     def __init__(
@@ -49,7 +49,12 @@ class Path:
         #: The time [s] that was asked for.
         self.until: float = self._setup.end(system, "until", until)
         setup = self._setup
-        self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.beginning, self.until)
+        with interruptible("nothing is kept of this path; a shorter one (until=) takes less time"):
+            self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.beginning, self.until)
+        self._seal()
+
+    def _advice(self, name: str) -> str:
+        return "a path is set up by `system.path(…)`"
 
     @property
     def end(self) -> Node:
@@ -98,7 +103,8 @@ class Path:
             found = cost(DualNode(index, t, q, v, a, names, self.system._rotations))
             return Dual.parts(found, 3 * len(names))
 
-        found = self._raw.gradient(of == "end", asked)
+        with interruptible("no derivative is known; the path is still there"):
+            found = self._raw.gradient(of == "end", asked)
         parameters = dict(zip((of.name for of in self.system._parameters), found["parameters"].tolist()))
         return Gradient(found["cost"], found["q"], found["v"], found["q1"], parameters)
 
@@ -122,6 +128,12 @@ class Path:
                 raise _inputs.unknown("variable", variable, known)
         found = self._raw.tangents(asked)
         return {name: (np.asarray(q), np.asarray(v)) for name, (q, v) in zip(variables, found)}
+
+    def __reduce__(self) -> Any:
+        raise TypeError(
+            "a path cannot be pickled or copied: its steps are in the engine. What can be: its system, from which system.path(…) makes it again with the "
+            "same bits, its last node (path.end), and its gradients"
+        )
 
     def __repr__(self) -> str:
         return f"<Path of {self.system.name}: {self.steps} steps, h={self._setup.h:g}, to t={self.end.t:g}>"

@@ -45,6 +45,14 @@ class ErrorEstimate(NamedTuple):
     #: The uncertainty of the continuous motion itself.
     uncertainty: float
 
+    def __repr__(self) -> str:
+        if not np.isfinite(self.errors).any():
+            return f"<ErrorEstimate of {len(self.errors)} nodes>"
+        node, place = np.unravel_index(np.nanargmax(self.errors), self.errors.shape)
+        name = list(self.largest)[int(place)]
+        where = f"of {name} at run[{node}] of {len(self.errors)} nodes"
+        return f"<ErrorEstimate: at most {self.errors[node, place]:.3g}, {where}; uncertainty {self.uncertainty:.1g}>"
+
 
 class Certificate(NamedTuple):
     """The regularity of each step: the paper's theorem on the discrete flow requires that neither singular value is zero."""

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _dsocs, _given, _inputs, _results
+from . import _arrays, _dsocs, _given, _inputs, _results
 from ._dsocs import Node
-from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning
+from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning, interruptible
 from ._events import Event, Occurrences, Points
 from ._nodes import Nodes
 from ._progress import shown
@@ -43,6 +43,11 @@ class Run(Nodes):
         self._warned = [0] * 7
         self._failure: str | None = None
 
+    def _advice(self, name: str) -> str:
+        if name in self.parameters or _arrays.elements(name, {of: place for place, of in enumerate(self.parameters)})[0]:
+            return f"`run.set({name}=…)` changes it from there on, and `system.flow({name}=…)` begins a run with it"
+        return "a run is set up by `system.flow(…)`"
+
     @property
     def _raw(self) -> Any:
         """The engine's run. That of a run that was copied or pickled is made again when it goes on: it takes the same steps, with the same bits."""
@@ -61,22 +66,25 @@ class Run(Nodes):
         *,
         progress: Progress = False,
         control: Callable[[Node], Mapping[str, Any] | None] | None = None,
-        control_every: int = 1,
+        control_every: int | None = None,
     ) -> Run:
-        """Runs up to the last node at or before the time `t` [s], by default that of the text's run, which has to be there then, and returns itself.
+        """Runs up to the last node at or before the time `t` [s], by default that of the text's run, which has to be there then, and returns itself. No step
+        goes beyond `t`: a time that is less than a step away makes none.
 
         `progress`: True shows how far the run is; a function is called with the fraction that is done, from 0 to 1.
         `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, of an array or a
         matrix all of them, or None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts on the leg from the
         node `k + 1` on: a delay of one step (the guide's section 3 has the linear model of this delay). `control_every`: the number of nodes from
-        one call of `control` to the next.
+        one call of `control` to the next, 1 by default.
 
         Raises `StepError` if a step has no solution, with the run up to there, and `Interrupted` where Ctrl-C ends it.
         """
         end = self._setup.end(self.system, "t", t)
         if control is not None and not callable(control):
             raise InputTypeError(f"control is {type(control).__name__}; expected a function of a node")
-        every = _inputs.whole("control_every", control_every, 1)
+        every = 1 if control_every is None else _inputs.whole("control_every", control_every, 1)
+        if control is None and control_every is not None:
+            raise SetupError("control_every is given, which says at how many nodes control is called, and control is not: control=…, a function of a node")
         raw = self._raw
         begin, before = raw.index(), raw.change_count()
         with shown(progress, self.system.name, self._time(), end) as tell:
@@ -209,8 +217,9 @@ class Run(Nodes):
         series of the step with a `tolerance`, and else the polynomial of degree 5 through position, velocity and acceleration at both nodes. A zero without a change of sign is no
         event, nor is one at the start; one at the node where a watch ended is reported by the next watch, if it was not reported before.
 
-        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it; events between this one
-        and the node after it are reported when the run is watched again. Raises as `until`.
+        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it. The last node that is kept
+        is the one before it, and the state at the event itself is that of the last occurrence (`t`, `q`, `v`, `a`). Events between this one and the
+        node after it are reported when the run is watched again. Raises as `until`.
         """
         end = self._setup.end(self.system, "until", until)
         if not events:
@@ -255,24 +264,25 @@ class Run(Nodes):
         forward = way * at
         if len(at) and (np.any(np.diff(forward) < 0) or forward[0] < way * self._setup.t):
             raise SetupError(f"the times have to come in the order of the run, from its start at t = {self._setup.t:g} on")
-        raw = self._setup.begin(self.system)
         parts: list[list[Array]] = []
-        begin = 0
-        for t, changes in self._changes():
-            # a change at a node applies to times beyond it
-            stop = begin + int(np.searchsorted(forward[begin:], way * t, side="right"))
-            parts.append(_dsocs.sample(raw, at[begin:stop]))
-            begin = stop
-            if begin == len(at):
-                break
-            raw.until(t, None, None)
-            for name, value in changes:
-                raw.set_input(name, value)
-        try:
-            parts.append(_dsocs.sample(raw, at[begin:]))
-        except StepError as error:
-            self._fails(error)
-            raise
+        with interruptible("no time is sampled; the run is as it was"):
+            raw = self._setup.begin(self.system)
+            begin = 0
+            for t, changes in self._changes():
+                # a change at a node applies to times beyond it
+                stop = begin + int(np.searchsorted(forward[begin:], way * t, side="right"))
+                parts.append(_dsocs.sample(raw, at[begin:stop]))
+                begin = stop
+                if begin == len(at):
+                    break
+                raw.until(t, None, None)
+                for name, value in changes:
+                    raw.set_input(name, value)
+            try:
+                parts.append(_dsocs.sample(raw, at[begin:]))
+            except StepError as error:
+                self._fails(error)
+                raise
         return Points(self.system, at, *(arrays[0] if len(arrays) == 1 else np.concatenate(arrays) for arrays in zip(*parts)))
 
     def _changes(self) -> Iterator[tuple[float, list[tuple[str, float]]]]:
@@ -348,10 +358,11 @@ class Run(Nodes):
                 StepWarning,
                 stacklevel=2,
             )
-        errors, uncertainty = _dsocs.estimate(
-            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
-            self._setup.tolerance, self._setup.beginning, self._held(), self.every,
-        )  # fmt: skip
+        with interruptible("the error is not known; the run is as it was"):
+            errors, uncertainty = _dsocs.estimate(
+                self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
+                self._setup.tolerance, self._setup.beginning, self._held(), self.every,
+            )  # fmt: skip
         array: Array = np.asarray(errors).reshape(-1, len(self.system._names))
         largest = array.max(axis=0).tolist() if len(array) else [0.0] * len(self.system._names)
         return ErrorEstimate(array, dict(zip(self.system._names, largest)), uncertainty)
@@ -375,9 +386,8 @@ class Run(Nodes):
             raise SetupError("regularity is about the paper's step: order=2, without a tolerance")
         if self._raw.change_count() or any(what[0] == "toward" for what in self._history):
             raise SetupError("a run whose inputs changed, or that was led from one solution to another, is not certified: only a run from its start by itself is")
-        found = _dsocs.certify(
-            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.beginning, self.every
-        )
+        with interruptible("nothing is certified; the run is as it was"):
+            found = _dsocs.certify(self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.beginning, self.every)
         forward, backward, *granted = (np.array(column) for column in zip(*found))
         both = np.stack(granted, axis=-1).astype(bool)
         both[np.isnan(forward) & np.isnan(backward)] = True
@@ -466,6 +476,7 @@ def _made_again(system: System, setup: Setup, history: Any, kept: Any, warned: A
     run._raw_run, run._kept = None, dict(kept)
     run._history, run._warned = list(history), list(warned)
     run._failure = kept["failure"]
+    run._seal()
     for value in run._kept.values():
         if isinstance(value, np.ndarray):
             value.setflags(write=False)

@@ -72,8 +72,7 @@ class Setup:
         if step == 0:
             raise SetupError("h is 0; expected a step that is not zero (a negative step runs back in time)")
         t0 = 0.0 if t is None else _inputs.number("t", t)
-        order = 2 if order is None else order
-        _check_method(order, tolerance, start, q1)
+        order = _order(order, tolerance, start, q1)
         first = _vector("q", q, system, own_q)
         if first is None:
             raise _missing(system, "q")
@@ -114,9 +113,7 @@ class Setup:
                 rule, vectors = "second-order", (first, velocity())
         own_near = text.near if text is not None else None
         nearby = _vector("near", near, system, own_near)
-        if project is not None and not isinstance(project, (bool, np.bool_)):
-            raise InputTypeError(f"project is {project!r}; expected True or False")
-        projected = bool(project) or (project is None and text is not None and text.project)
+        projected = text is not None and text.project if project is None else bool(_inputs.truth("project", project))
         own_values = tuple(system._with(values or {}))
         if not has_step:
             raise SetupError(
@@ -185,13 +182,16 @@ def _missing(system: Declared, name: str) -> SetupError:
     )
 
 
-def _check_method(order: Any, tolerance: Any, start: Any, q1: Any) -> None:
+def _order(order: Any, tolerance: Any, start: Any, q1: Any) -> int:
+    """The order of the method, checked with what else belongs to the method."""
+    if tolerance is not None and order is not None:
+        raise SetupError("order and tolerance are both given; the continuous motion has no order")
+    if order is None:
+        order = 2
     if isinstance(order, (bool, np.bool_)) or not isinstance(order, (int, np.integer)):
         raise InputTypeError(f"order is {order!r}; expected 2, 4, 6 or 8")
     if order not in (2, 4, 6, 8):
         raise SetupError(f"order is {order}; the step has order 2, its compositions 4, 6 and 8")
-    if tolerance is not None and order != 2:
-        raise SetupError("order and tolerance are both given; the continuous motion has no order")
     method = "tolerance" if tolerance is not None else f"order={order}" if order > 2 else None
     if method is not None and q1 is not None:
         raise SetupError(
@@ -202,6 +202,7 @@ def _check_method(order: Any, tolerance: Any, start: Any, q1: Any) -> None:
             f"start cannot be used with {method}: it begins with the position and the velocity themselves; only the step of order 2 needs "
             "a second node"
         )
+    return int(order)
 
 
 def _tolerance(tolerance: Any) -> float | None:

@@ -364,7 +364,8 @@ def read(
     with open(name, "rb") as file:
         data = file.read()
     text = _given.decoded(name, data)
-    given = _given.samples(samples or {})
+    asked = _given.samples(samples or {})
+    given = dict(asked)
     for parameter, table in _given.named_files(text):
         if table not in given and parameter not in given:
             place = os.path.join(os.path.dirname(name), table)
@@ -374,6 +375,7 @@ def read(
     system = System.__new__(System)
     own = os.path.splitext(os.path.basename(name))[0]
     system._set(text, own, numbers, given, run, name, os.path.abspath(name))
+    system._check_samples(asked)
     system._warn(3)
     return system
 

@@ -59,13 +59,22 @@ const IN_RUST: [(&str, &str); 29] = [
     ("`--step`", "`h`"),
     ("`--step ", "`h="),
     ("`--estimate-error`", "estimate_error()"),
-    ("`--tolerance 1e-9`", "`tolerance=1e-9`"),
+    ("(`TaylorFlow`, `--tolerance`)", "(`tolerance=`)"),
 ];
 
 /// A message with its advice in terms of Python.
 pub fn in_python(message: &str) -> String {
     let said = |message: String, (rust, python): &(&str, &str)| message.replace(rust, python);
-    IN_RUST.iter().fold(message.to_owned(), said)
+    let message = IN_RUST.iter().fold(message.to_owned(), said);
+    // an option of the command line that is left is an argument of the same name: `--order 2`, `--until`
+    let mut parts = message.split("`--");
+    let first = parts.next().unwrap_or_default().to_owned();
+    let rest = parts.map(|part| {
+        let (option, after) = part.split_once('`').unwrap_or((part, ""));
+        let (name, value) = option.split_once(' ').unwrap_or((option, ""));
+        format!("`{}={value}`{after}", name.replace('-', "_"))
+    });
+    std::iter::once(first).chain(rest).collect()
 }
 
 /// An exception of the package with a message and attributes.
@@ -173,9 +182,19 @@ pub fn of_derivative(py: Python<'_>, error: &DerivativeError) -> PyErr {
     }
 }
 
-/// The exception for a run that does not fit into memory.
-pub fn no_memory() -> PyErr {
-    PyMemoryError::new_err("there is no memory for so many nodes; `every=` keeps fewer of them")
+/// At a step in about a microsecond, these are days.
+const MANY_NODES: u64 = 200_000_000_000;
+
+/// The exception for a run of this many nodes that does not fit into memory.
+pub fn no_memory(nodes: u64) -> PyErr {
+    let hint = if nodes < MANY_NODES {
+        ""
+    } else {
+        ", but so many steps take days: a longer `h=` makes fewer"
+    };
+    PyMemoryError::new_err(format!(
+        "there is no memory for so many nodes; `every=` keeps fewer of them{hint}"
+    ))
 }
 
 /// An empty vector with room for `count` numbers, or an error: an allocation that fails would end the

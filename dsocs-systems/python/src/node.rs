@@ -20,7 +20,10 @@ pub struct Names {
     observables: Vec<String>,
     /// The names of the parameters.
     parameters: Vec<String>,
-    /// The system, which computes the observed expressions; a node that was pickled has their values instead.
+    /// The number of multipliers of the constraint forces.
+    forms: usize,
+    /// The system, which computes the observed expressions and the multipliers; a node that was pickled has
+    /// their values instead.
     kernel: Option<TapeKernel>,
 }
 
@@ -33,6 +36,7 @@ impl Names {
             rotations: shape.rotations.to_vec(),
             observables: names(&shape.observables),
             parameters: names(&shape.parameters),
+            forms: shape.forms,
             kernel: Some(kernel.clone()),
         })
     }
@@ -47,7 +51,9 @@ impl Names {
                 .filter(|(place, _)| !self.rotations.contains(place));
             known.extend(moving.map(|(_, name)| format!("{prefix}{name}")));
         }
-        known.extend(self.observables.iter().chain(&self.parameters).cloned());
+        known.extend(self.observables.iter().cloned());
+        known.extend((0..self.forms).map(|form| format!("lambda_{form}")));
+        known.extend(self.parameters.iter().cloned());
         known.join(", ")
     }
 
@@ -84,7 +90,7 @@ fn array(names: &[String], name: &str) -> Option<Range<usize>> {
 /// A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 ///
 /// `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` its velocity, acceleration and force,
-/// `node["height"]` an observed expression,
+/// `node["height"]` an observed expression, `node["lambda_0"]` a multiplier,
 /// `node["torque"]` a parameter, with the value that was set last, there or before. Where the name is that of
 /// an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
 #[pyclass(frozen, name = "Node", module = "dsocs")]
@@ -97,6 +103,8 @@ pub struct PyNode {
     values: Vec<f64>,
     /// The observed expressions, computed on first use.
     observed: OnceLock<Vec<f64>>,
+    /// The multipliers, computed on first use.
+    multipliers: OnceLock<Vec<f64>>,
 }
 
 impl PyNode {
@@ -108,6 +116,7 @@ impl PyNode {
             names: Arc::clone(names),
             values,
             observed: OnceLock::new(),
+            multipliers: OnceLock::new(),
         }
     }
 
@@ -115,14 +124,26 @@ impl PyNode {
     fn observed(&self) -> &[f64] {
         self.observed.get_or_init(|| {
             let mut observed = vec![f64::NAN; self.names.observables.len()];
-            let arriving = self.values.get(..self.names.parameters.len());
-            if let (Some(kernel), Some(values)) = (&self.names.kernel, arriving) {
-                Declaration::of(kernel)
-                    .with(values)
-                    .observe(self.node.any().point(), &mut observed);
+            if let Some(declaration) = self.arriving() {
+                declaration.observe(self.node.any().point(), &mut observed);
             }
             observed
         })
+    }
+
+    /// The multipliers of the constraint forces.
+    fn multipliers(&self) -> &[f64] {
+        self.multipliers.get_or_init(|| match self.arriving() {
+            Some(declaration) => declaration.multipliers(&self.node.any()),
+            None => vec![f64::NAN; self.names.forms],
+        })
+    }
+
+    /// The declaration with the values with which the motion arrives at the node.
+    fn arriving(&self) -> Option<Declaration<'_>> {
+        let kernel = self.names.kernel.as_ref()?;
+        let values = self.values.get(..self.names.parameters.len())?;
+        Some(Declaration::of(kernel).with(values))
     }
 
     /// The values of the parameters from the node on.
@@ -152,7 +173,7 @@ impl PyNode {
         }
     }
 
-    /// An observed expression, or the value of a parameter.
+    /// An observed expression, a multiplier, or the value of a parameter.
     fn other_number(&self, name: &str) -> Option<f64> {
         let Names {
             observables,
@@ -161,6 +182,11 @@ impl PyNode {
         } = &*self.names;
         if let Some(place) = observables.iter().position(|known| known == name) {
             return self.observed().get(place).copied();
+        }
+        if let Some(form) = name.strip_prefix("lambda_").and_then(|form| form.parse().ok())
+            && form < self.names.forms
+        {
+            return self.multipliers().get::<usize>(form).copied();
         }
         let place = parameters.iter().position(|known| known == name)?;
         self.inputs().get(place).copied()
@@ -268,7 +294,7 @@ impl PyNode {
             observables.clone(),
             parameters.clone(),
         );
-        let vectors = [q, v, a, force, self.observed(), &self.values];
+        let vectors = [q, v, a, force, self.observed(), self.multipliers(), &self.values];
         let numbers = (index, t, energy, vectors.map(<[f64]>::to_vec));
         Ok((py.import("dsocs._dsocs")?.getattr("node_of")?, (names, numbers)))
     }
@@ -288,15 +314,15 @@ impl PyNode {
 type NodeNames = (Vec<String>, Vec<usize>, Vec<String>, Vec<String>);
 
 /// The numbers of a pickled node: its index, time, energy; position, velocity, acceleration, force, observed
-/// expressions, values of parameters.
-type NodeNumbers = (u64, f64, f64, [Vec<f64>; 6]);
+/// expressions, multipliers, values of parameters.
+type NodeNumbers = (u64, f64, f64, [Vec<f64>; 7]);
 
 /// A node from its pickled parts.
 #[pyfunction]
 pub fn node_of(names: NodeNames, numbers: NodeNumbers) -> PyNode {
     let (coordinates, rotations, observables, parameters) = names;
     let (index, t, energy, vectors) = numbers;
-    let [q, v, a, force, observed, values] = vectors;
+    let [q, v, a, force, observed, multipliers, values] = vectors;
     let node = AnyNode {
         index,
         t,
@@ -315,9 +341,11 @@ pub fn node_of(names: NodeNames, numbers: NodeNumbers) -> PyNode {
             rotations,
             observables,
             parameters,
+            forms: multipliers.len(),
             kernel: None,
         }),
         values,
         observed: OnceLock::from(observed),
+        multipliers: OnceLock::from(multipliers),
     }
 }

@@ -216,7 +216,7 @@ impl Record {
         if self.columns.iter_mut().all(|column| column.reserve(rows)) {
             Ok(())
         } else {
-            Err(no_memory())
+            Err(no_memory(nodes))
         }
     }
 

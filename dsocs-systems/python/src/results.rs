@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::beginning::{BeginningParts, method};
-use crate::error::{guarded, of_check, of_failure, plain};
+use crate::error::{guarded, in_python, of_check, of_failure, plain};
 use crate::motion::CHECK_INTERVAL;
 use crate::text::PyText;
 
@@ -265,9 +265,13 @@ pub fn check<'py>(
         dict.set_item("bar", bar)?;
         dict.set_item("relation", relation)?;
         dict.set_item("ok", finding.ok())?;
-        dict.set_item("failure", &finding.failure)?;
-        dict.set_item("note", &finding.note)?;
-        dict.set_item("excuse", &finding.excuse)?;
+        for (name, said) in [
+            ("failure", &finding.failure),
+            ("note", &finding.note),
+            ("excuse", &finding.excuse),
+        ] {
+            dict.set_item(name, said.as_ref().map(|said| in_python(said)))?;
+        }
         Ok(dict)
     });
     dicts.collect()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from pathlib import Path
 from typing import Any, Callable
 
@@ -20,6 +22,7 @@ beads = dsocs.System(BEADS, name="beads")
 dry = dsocs.System(FRICTION, name="dry")
 shaken = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (x - t.sin()).powi(2);")
 bare = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2;")
+WIND = 'parameters { wind = samples("wind.csv") } coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = wind.at(t);'
 x, y = dsocs.coordinates("x", "y")
 mass = dsocs.parameter("mass", 1.0)
 kinetic = (dsocs.dot(x) ** 2 + dsocs.dot(y) ** 2) / 2
@@ -28,7 +31,7 @@ kinetic = (dsocs.dot(x) ** 2 + dsocs.dot(y) ** 2) / 2
 Case = tuple[Callable[[], Any], type[Exception], str]
 
 VECTORS: list[Case] = [
-    (lambda: swing.flow(q=[1.0, 2.0]), SetupError, "q has 2 components, but there are 1 coordinates: theta"),
+    (lambda: swing.flow(q=[1.0, 2.0]), SetupError, "q has 2 components, but there is 1 coordinate: theta"),
     (lambda: swing.flow(q=[]), SetupError, "q"),
     (lambda: swing.flow(q=[[1.0]]), SetupError, "q has 2 dimensions"),
     (lambda: swing.flow(q=np.zeros((3, 1))), SetupError, "q has 2 dimensions"),
@@ -84,6 +87,7 @@ SETTINGS: list[Case] = [
     (lambda: swing.flow(tolerance=2.0), SetupError, "tolerance"),
     (lambda: swing.flow(tolerance="1e-9"), InputTypeError, "tolerance is '1e-9'"),
     (lambda: swing.flow(tolerance=1e-9, order=4), SetupError, "order and tolerance are both given"),
+    (lambda: swing.flow(tolerance=1e-9, order=2), SetupError, "order and tolerance are both given"),
     (lambda: swing.flow(tolerance=1e-9, q1=[2.0]), SetupError, "q1 cannot be used with tolerance"),
     (lambda: swing.flow(order=4, q1=[2.0]), SetupError, "q1 cannot be used with order=4"),
     (lambda: swing.flow(order=4, start="paper"), SetupError, "start cannot be used with order=4"),
@@ -116,6 +120,7 @@ RUNS: list[Case] = [
     (lambda: swing.flow().until("end"), InputTypeError, "t is 'end'; expected a number"),
     (lambda: swing.flow(h=-0.01).until(1.0), SetupError, "lies the other way"),
     (lambda: swing.flow(h=1e-9).until(1e15), MemoryError, "every="),
+    (lambda: swing.flow(h=1e-12).until(1.0), MemoryError, "so many steps take days: a longer `h=` makes fewer"),
     (lambda: swing.flow().until(1.0, progress=7), InputTypeError, "progress is 7"),
     (lambda: swing.flow().until(1.0, control=7), InputTypeError, "control is int; expected a function"),
     (lambda: swing.flow().until(1.0, control=lambda node: 7), TypeError, "control returned int; expected a dict"),
@@ -126,6 +131,7 @@ RUNS: list[Case] = [
     (lambda: beads.flow(h=0.01, q=[0, 0, 0], v=[0, 0, 0]).until(1.0, control=lambda node: {"masses": 1.0}), SetupError, "masses has the shape (), but it is an array of 3 numbers"),
     (lambda: swing.flow().until(1.0, control=lambda node: node["thet"]), KeyError, "a node has no `thet`"),
     (lambda: swing.flow().until(1.0, control_every=0), SetupError, "control_every is 0"),
+    (lambda: swing.flow().until(1.0, control_every=10), SetupError, "control_every is given"),
     (lambda: swing.flow().advance(-1), SetupError, "steps is -1; it must be at least 0"),
     (lambda: swing.flow().advance(1.5), InputTypeError, "steps is 1.5"),
     (lambda: swing.flow().set(torq=1.0), SetupError, "no parameter is called `torq`"),
@@ -137,6 +143,8 @@ RUNS: list[Case] = [
     (lambda: swing.flow()[7], IndexError, "1 nodes are kept"),
     (lambda: swing.flow()[-2], IndexError, "run[-2]"),
     (lambda: swing.flow()[1.0], InputTypeError, "run[1.0]"),
+    (lambda: swing.flow()[0:5], InputTypeError, "run.q[0:5] or run['theta'][0:5]"),  # type: ignore[call-overload]
+    (lambda: swing.flow()[::2], InputTypeError, "run.q[::2]"),  # type: ignore[call-overload]
     (lambda: swing.flow()[None], InputTypeError, "run[None]"),
     (lambda: next(swing.flow().steps("end")), InputTypeError, "until is 'end'"),
     (lambda: next(swing.flow().steps(math.nan)), SetupError, "NaN"),
@@ -151,6 +159,12 @@ RUNS: list[Case] = [
 MANY: list[Case] = [
     (lambda: swing.ensemble(), SetupError, "nothing varies from run to run"),
     (lambda: swing.ensemble(q=[1.0]), SetupError, "nothing varies"),
+    (lambda: swing.ensemble(q=np.zeros((0, 1)), v=[0.0]), SetupError, "q is for no run at all"),
+    (lambda: bare.ensemble(h=0.01, q=np.zeros((0, 1)), v=[0.0]), SetupError, "q is for no run at all"),
+    (lambda: swing.ensemble(length=[]), SetupError, "length is for no run at all"),
+    (lambda: swing.ensemble(h=[0.01, 0.02]), SetupError, "h has the shape (2,); expected one number"),  # type: ignore[arg-type]
+    (lambda: swing.ensemble(t=np.arange(3.0)), SetupError, "t has the shape (3,); expected one number"),  # type: ignore[arg-type]
+    (lambda: rod.ensemble(h=0.01, q=[[0, 1.0], [0, -1.0]], v=[0, 0]).until(0.1)["lambda_0"], KeyError, "an ensemble keeps no multipliers"),
     (lambda: swing.ensemble(q=[[1.0, 2.0]]), SetupError, "q has the shape (1, 2); expected (1,), or (runs, 1)"),
     (lambda: swing.ensemble(q=[[1.0], [math.nan]]), SetupError, "q[1][0] is nan"),
     (lambda: swing.ensemble(q=[[1.0], [2.0]], length=[1, 2, 3]), SetupError, "not all arrays are for the same number of runs: q for 2, length for 3"),
@@ -172,9 +186,12 @@ MANY: list[Case] = [
     (lambda: swing.path(1.0).gradient(lambda last: "much"), InputTypeError, "the cost is str"),
     (lambda: swing.path(1.0).gradient(lambda last: np.concatenate([last.q, last.v])), InputTypeError, "the cost is ndarray"),
     (lambda: swing.path(1.0).gradient(lambda last: math.sin(last["theta"])), InputTypeError, "np.sin"),
-    (lambda: swing.path(1.0).gradient(lambda last: last["phi"]), KeyError, "no coordinate `phi`"),
+    (lambda: swing.path(1.0).gradient(lambda last: last["phi"]), KeyError, "no quantity `phi`; known: t, theta, v_theta, a_theta"),
+    (lambda: swing.path(1.0).gradient(lambda last: last["height"]), KeyError, "an observed expression, the energy or a force is written out in them"),
+    (lambda: swing.path(1.0).gradient(lambda last: last.energy), AttributeError, "no quantity `energy`; known: t, theta, v_theta, a_theta"),
     (lambda: swing.path(1.0).gradient(lambda last: last["theta"], of="all"), SetupError, "of is 'all'"),
     (lambda: swing.path(1.0).gradient(lambda last: 1 / 0), ZeroDivisionError, ""),
+    (lambda: pickle.dumps(swing.path(1.0)), TypeError, "a path cannot be pickled or copied"),
     (lambda: swing.path(1.0).tangents("lenght"), SetupError, "no variable `lenght`"),
 ]
 
@@ -183,8 +200,16 @@ BETWEEN: list[Case] = [
     (lambda: swing.flow().watch(1.0, "phi"), SetupError, "no column `phi`"),
     (lambda: swing.flow().watch(1.0, 7), InputTypeError, "an event is 7"),
     (lambda: swing.flow().watch("now", "theta"), InputTypeError, "until is 'now'"),
-    (lambda: swing.flow().watch(1.0, dsocs.Event("theta", level=math.nan)), SetupError, "level is nan"),
+    (lambda: dsocs.Event("theta", level=math.nan), SetupError, "level is nan"),
+    (lambda: dsocs.Event("theta", level="a"), InputTypeError, "level is 'a'; expected a number"),  # type: ignore[arg-type]
+    (lambda: dsocs.Event("theta", rising="no"), InputTypeError, "rising is 'no'; expected True, False or None"),  # type: ignore[arg-type]
+    (lambda: dsocs.Event("theta", rising=-1), InputTypeError, "rising is -1"),  # type: ignore[arg-type]
+    (lambda: dsocs.Event("theta", ends="no"), InputTypeError, "ends is 'no'; expected True or False"),  # type: ignore[arg-type]
+    (lambda: dsocs.Event("theta", ends=None), InputTypeError, "ends is None"),  # type: ignore[arg-type]
+    (lambda: dsocs.Event(7), InputTypeError, "of is 7; expected the name of a column"),  # type: ignore[arg-type]
     (lambda: swing.flow().watch(1.0, dsocs.Event("energy")), SetupError, "no column `energy`"),
+    (lambda: swing.flow().watch(1.0, dsocs.Event("energy")), SetupError, "is watched as an observed expression"),
+    (lambda: rod.flow(h=0.01, q=[0, -1], v=[1, 0]).watch(1.0, "lambda_0"), SetupError, "multipliers are known at the nodes alone, run['lambda_0']"),
     (lambda: swing.flow().until(1.0).watch(0.5, "theta"), SetupError, "it lies the other way"),
     (lambda: swing.flow().sample("now"), InputTypeError, "times is 'now'"),
     (lambda: swing.flow().sample([[1.0]]), SetupError, "times has 2 dimensions"),
@@ -242,6 +267,8 @@ MODELS: list[Case] = [
 
 TEXTS: list[Case] = [
     (lambda: dsocs.System(7), InputTypeError, "text is int"),
+    (lambda: dsocs.System(), TypeError, "System.__init__() missing"),  # type: ignore[call-arg]
+    (lambda: dsocs.System.of([x], kinetic), TypeError, "System.of() takes 1 positional argument"),  # type: ignore[misc]
     (lambda: dsocs.System(Path("swing.dsocs")), InputTypeError, "dsocs.read"),
     (lambda: dsocs.System("swing.dsocs"), SetupError, "dsocs.read('swing.dsocs') reads it"),
     (lambda: dsocs.System(SWING, name=7), InputTypeError, "name is int"),
@@ -260,6 +287,11 @@ TEXTS: list[Case] = [
     (lambda: dsocs.System(SWING, samples={"f": 1}), InputTypeError, "samples['f'] is no pair"),
     (lambda: dsocs.System(SWING, samples={"f": ([0, 1], [1])}), SetupError, "samples['f'] has places of the shape (2,) and values of the shape (1,)"),
     (lambda: dsocs.System('parameters { f = samples("f.csv") } coordinates(x); lagrangian = dot(x).powi(2) / 2 + f.at(t) * x;', samples={"f": ([0, 0], [1, 2])}), DeclarationError, "these samples cannot be used"),
+    (lambda: dsocs.System(WIND, samples={"wind": ([0, 1], [1, 2]), "gust": ([0, 1], [1, 2])}), SetupError, "there is no table of samples `gust`; known: wind, wind.csv"),
+    (lambda: dsocs.System(SWING, samples={"wind": ([0, 1], [1, 2])}), SetupError, "none is declared"),
+    (lambda: dsocs.System(WIND, samples={"wind": [0, 1]}), SetupError, "samples['wind'] has places of the shape () and values of the shape ()"),
+    (lambda: dsocs.System("coordinates(x, a_x); lagrangian = dot(x).powi(2) + dot(a_x).powi(2);"), DeclarationError, "`a_x` is the column of the acceleration of `x`"),
+    (lambda: dsocs.System("coordinates(x); lagrangian = dot(x).powi(2); let a_x = x; observe = [a_x];"), DeclarationError, "expected another name"),
     (lambda: dsocs.read("no-such-file.dsocs"), FileNotFoundError, "no-such-file.dsocs"),
     (lambda: dsocs.read(7), InputTypeError, "path is int"),
     (lambda: dsocs.read("."), OSError, ""),
@@ -280,7 +312,7 @@ TEXTS: list[Case] = [
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian="x"), InputTypeError, "lagrangian is 'x'; expected an expression"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, holonomic=[None]), InputTypeError, "holonomic[0] is None"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, holonomic=dsocs.dot(x)), DeclarationError, "holonomic = dot(x)"),
-    (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, external_forces=(1,)), SetupError, "external_forces has 1 components"),
+    (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, external_forces=(1,)), SetupError, "external_forces has 1 component, but there are 2 coordinates: x, y"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, external_forces={"z": 1}), SetupError, "external_forces has a component for `z`"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic, variational="lagrange"), SetupError, "variational is 'lagrange'"),
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic * mass + dsocs.parameter("mass", 2.0)), SetupError, "the parameter `mass` has two values, 1 and 2"),
@@ -295,9 +327,41 @@ def test_what_cannot_be_used_is_refused(call: Callable[[], Any], expected: type[
         call()
     assert said in str(raised.value), raised.value
     # `dsocs.Error` catches all exceptions of this package
-    if expected not in (OSError, FileNotFoundError, MemoryError, TypeError, KeyError, IndexError, ZeroDivisionError):
+    if expected not in (OSError, FileNotFoundError, MemoryError, TypeError, KeyError, IndexError, AttributeError, ZeroDivisionError):
         assert isinstance(raised.value, dsocs.Error)
     assert not type(raised.value).__name__.startswith("Panic")
+
+
+def results() -> list[Any]:
+    """One of everything that a user gets and might set attributes of."""
+    run, ensemble, path = swing.flow(), swing.ensemble(q=[[1.0], [2.0]]), swing.path(0.1)
+    rest = swing.equilibrium()
+    found = [run, swing.path(0.1).end, run.node, run.watch(0.1, "theta"), run.sample([0.0, 0.05]), path, ensemble, ensemble.until(0.1)]
+    return [swing, swing.parameters, *found, rest, rest.linearize(), swing.equilibria([[0.1]]), run.check(), run.estimate_error()]
+
+
+@pytest.mark.parametrize("one", results(), ids=lambda one: type(one).__name__)
+def test_attributes_that_nothing_would_use_cannot_be_set(one: Any) -> None:
+    for name in ("length", "typo", "h", "q", "system", "t"):
+        with pytest.raises(AttributeError):
+            setattr(one, name, 3.0)
+    if type(one).__name__ not in ("Path",):
+        other = pickle.loads(pickle.dumps(copy.copy(one)))
+        with pytest.raises(AttributeError):
+            other.typo = 3.0
+
+
+def test_setting_an_attribute_says_what_to_do() -> None:
+    with pytest.raises(AttributeError, match=r"`system\.flow\(length=…\)`"):
+        swing.length = 2.0  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match=r"`run\.set\(length=…\)`"):
+        swing.flow().length = 2.0  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match=r"cannot be set: nothing would use it on a `System`"):
+        del swing.doc
+
+
+def test_the_time_is_part_of_a_cost() -> None:
+    assert swing.path(0.5).gradient(lambda last: last["t"] * last["theta"]).cost == pytest.approx(0.5 * swing.path(0.5).end["theta"])
 
 
 def test_the_tree_of_exceptions() -> None:

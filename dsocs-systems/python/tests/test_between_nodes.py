@@ -110,7 +110,7 @@ def test_ctrl_c_ends_a_watched_run_and_a_sample(swing: dsocs.System) -> None:
         run.watch(1e4, "theta")
     assert time.monotonic() - interrupted[0] < 0.1 and info.value.run is run and run.index > 0
     interrupted = interrupt_after(0.2)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(dsocs.Interrupted, match="interrupted: no time is sampled"):
         run.sample([1e4])
     assert time.monotonic() - interrupted[0] < 0.1
 
@@ -272,7 +272,7 @@ def test_the_times_of_a_column_that_was_not_watched_are_refused() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_ends_a_path(swing: dsocs.System) -> None:
     interrupted = interrupt_after(0.2)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(dsocs.Interrupted, match="interrupted: nothing is kept of this path"):
         swing.path(1e4, h=1e-6)
     assert time.monotonic() - interrupted[0] < 0.5
 

@@ -135,6 +135,12 @@ def test_sympy_in_and_out() -> None:
         (lambda sympy, q, t: q.diff(t) ** 2 + sympy.gamma(q), "gamma"),
         (lambda sympy, q, t: q.diff(t) ** 2 + sympy.Function("other")(t), "other"),
         (lambda sympy, q, t: q.diff(t) ** 2 + sympy.Symbol("t2"), "t2"),
+        (lambda sympy, q, t: q.diff(t) ** 2 + q * sympy.Function("other")(t), r"sympy.Symbol\('other'\) and parameters={'other': …}"),
+        (lambda sympy, q, t: q.diff(t) ** 2 + q * sympy.Symbol("t", positive=True), "dynamicsymbols._t"),
+        (lambda sympy, q, t: q.diff(t) ** 2 - sympy.Piecewise((q, q > 0)), "has no value where none of its conditions holds"),
+        (lambda sympy, q, t: q.diff(t) ** 2 - sympy.Heaviside(q), "what stands for it is Piecewise"),
+        (lambda sympy, q, t: q.diff(t) ** 2 - sympy.sec(q), r"what stands for it is 1/cos\(x\)"),
+        (lambda sympy, q, t: q.diff(t) ** 2 - sympy.sinc(q), r"what stands for it is sin\(x\)/x"),
     ],
 )
 def test_sympy_that_is_no_declaration(make: object, said: str) -> None:
@@ -144,6 +150,76 @@ def test_sympy_that_is_no_declaration(make: object, said: str) -> None:
     q = dynamicsymbols("q")
     with pytest.raises(dsocs.SetupError, match=said):
         System.of(coordinates=(q,), lagrangian=make(sympy, q, dynamicsymbols._t))  # type: ignore[operator]
+
+
+def test_sympy_of_two_symbols_with_one_name() -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q, t = dynamicsymbols("q"), dynamicsymbols._t
+    one, other = sympy.Symbol("m", positive=True), sympy.Symbol("m")
+    lagrangian = one * q.diff(t) ** 2 / 2 + other * q
+    with pytest.raises(dsocs.SetupError, match="the parameter `m` has two values, 1 and 2"):
+        System.of(coordinates=q, lagrangian=lagrangian, parameters={one: 1.0, other: 2.0})
+    assert System.of(coordinates=q, lagrangian=lagrangian, parameters={one: 2.0, other: 2.0}).parameters == {"m": 2.0}
+
+
+def test_sympy_in_matrices_equations_and_by_coordinate() -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q, p = dynamicsymbols("q p")
+    t = dynamicsymbols._t
+    v, w = q.diff(t), p.diff(t)
+    kinetic = (v**2 + w**2) / 2
+
+    def text(**parts: object) -> str:
+        return System.of(**{"coordinates": [q, p], "lagrangian": kinetic, **parts}).text  # type: ignore[arg-type]
+
+    rates = sympy.Matrix([v, w])
+    assert text(coordinates=sympy.Matrix([q, p])) == text()
+    assert text(lagrangian=rates.T * rates / 2) == text(lagrangian=v**2 / 2 + w**2 / 2)
+    for matrix in (sympy.Matrix([-v, -w]), sympy.Matrix([[-v, -w]]), sympy.ImmutableMatrix([-v, -w])):
+        assert text(external_forces=matrix) == text(external_forces=[-v, -w]) == text(external_forces={q: -v, p: -w})
+    row = q**2 + p**2 - 1
+    assert text(holonomic=sympy.Matrix([row])) == text(holonomic=row) == text(holonomic=sympy.Eq(row, 0))
+    assert "-1.0" in text(holonomic=[sympy.Eq(q**2 + p**2, 1)])
+    rolling = dict(nonholonomic=v - t * w)
+    forms = [text(**rolling, constraint_forces=of) for of in ([(1, -t)], sympy.Matrix([[1, -t]]), sympy.Matrix([1, -t]), [sympy.Matrix([1, -t])])]
+    assert len(set(forms)) == 1
+    assert System.of(coordinates=q, lagrangian=v**2 / 2).text == System.of(coordinates=[q], lagrangian=v**2 / 2).text
+    with pytest.raises(dsocs.SetupError, match=r"`X` is no function of the time alone: sympy.physics.mechanics.dynamicsymbols\('X'\) is one"):
+        System.of(coordinates=sympy.Symbol("X"), lagrangian=1)
+
+
+@pytest.mark.parametrize(
+    ("make", "own"),
+    [
+        (lambda sympy, q: -sympy.Max(q, 0.5), "-q.max(0.5)"),
+        (lambda sympy, q: -sympy.Min(q, 0.5, -q), "-q.min(0.5).min(-q)"),
+        (lambda sympy, q: sympy.Piecewise((-q, sympy.And(q > 0, q < 0.5)), (-1, True)), "if q <= 0 { -1 } else { if q < 0.5 { -q } else { -1 } }"),
+        (lambda sympy, q: sympy.Piecewise((-q, sympy.Or(q < 0, q > 0.5)), (1, True)), "if q < 0 { -q } else { if q <= 0.5 { 1 } else { -q } }"),
+        (lambda sympy, q: sympy.Piecewise((-q, q < 0), (-2 * q, q < 0.5), (-1, True)), "if q < 0 { -q } else { if q < 0.5 { -2 * q } else { -1 } }"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::dsocs.StepWarning")
+def test_sympy_that_chooses(make: object, own: str) -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q = dynamicsymbols("q")
+    system = System.of(coordinates=q, lagrangian=q.diff() ** 2 / 2, external_forces=[make(sympy, q)])  # type: ignore[operator]
+    text = dsocs.System(f"coordinates(q); lagrangian = dot(q).powi(2) / 2; external_forces = {own};")
+    one, other = (of.flow(h=0.01, q=[1.0], v=[-0.5]).until(4.0).q for of in (system, text))
+    np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+
+
+def test_sympy_and_expressions_do_not_mix() -> None:
+    sympy = pytest.importorskip("sympy")
+    a = sympy.Symbol("a")
+    for mix in (lambda: x * a, lambda: a * x, lambda: x + a, lambda: sympy.sin(x)):
+        with pytest.raises(dsocs.InputTypeError, match="meets one of sympy: write a system in one of the two"):
+            mix()
 
 
 def test_values_of_parameters_are_taken_and_others_refused() -> None:
@@ -169,6 +245,8 @@ def test_mistakes_with_expressions_say_what_is_meant() -> None:
         dsocs.coordinates("x", doc="The angle")  # type: ignore[arg-type]
     with pytest.raises(dsocs.InputTypeError, match="expected a dict of expressions by the names"):
         dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2, observe=[x])  # type: ignore[arg-type]
+    with pytest.raises(dsocs.SetupError, match="`t` cannot be the name of an observed expression"):
+        dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2, observe={"t": x})
     for name, meaning in (("t", "the time"), ("h", "the step"), ("dot", "the time derivative")):
         with pytest.raises(dsocs.SetupError, match=f"`{name}` cannot be the name of a coordinate: in a declaration it is {meaning}"):
             dsocs.coordinates(name)

@@ -95,3 +95,11 @@ def test_a_cost_takes_arrays_of_coordinates() -> None:
     assert whole.cost == pytest.approx(single.cost, rel=1e-15)
     np.testing.assert_allclose(whole.q, single.q, rtol=1e-14)
     np.testing.assert_allclose(whole.parameters["k"], single.parameters["k"], rtol=1e-14)
+
+
+def test_ctrl_c_in_a_cost_ends_a_gradient(swing: dsocs.System) -> None:
+    def cost(last: object) -> float:
+        raise KeyboardInterrupt
+
+    with pytest.raises(dsocs.Interrupted, match="interrupted: no derivative is known"):
+        swing.path(0.1).gradient(cost)

@@ -142,7 +142,7 @@ def test_equilibria_of_a_swing(swing: dsocs.System) -> None:
     assert held["torque"] == pytest.approx(9.81 * np.sin(0.5)) and held.isolated
     model = held.linearize(inputs="torque")
     assert model.A[1, 0] == pytest.approx(-9.81 * np.cos(0.5)) and abs(model.drift).max() < 1e-14
-    assert repr(held).startswith("<Equilibrium of swing: theta=0.5; stable>")
+    assert repr(held).startswith("<Equilibrium of swing: theta=0.5; stable; eigenvalues: -0.05±")
 
 
 def test_a_continuum_and_dry_friction() -> None:
@@ -170,7 +170,8 @@ def test_models_can_be_kept() -> None:
     again = pickle.loads(pickle.dumps(rest))
     np.testing.assert_array_equal(again.q, rest.q)
     assert repr(again) == repr(rest)
-    assert repr(model) == "<LinearModel of cart (step=0.01); states: x, theta, v_x, v_theta; inputs: force; outputs: x, theta, v_x, v_theta>"
+    assert repr(model).startswith("<LinearModel of cart (step=0.01); states: x, theta, v_x, v_theta; inputs: force; outputs: x, theta, v_x, v_theta; ")
+    assert repr(model).endswith(f"A (4, 4), B (4, 1), C (4, 4), D (4, 1); eigenvalues: {', '.join(f'{z.real:.4g}' for z in model.eigenvalues)}>")
 
 
 def test_elements_of_arrays_are_inputs() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SWING
+from conftest import ROD, SWING
 
 import dsocs
 
@@ -52,6 +52,18 @@ def test_a_node_says_what_it_has() -> None:
     node = driven().node
     with pytest.raises(KeyError, match="a node has no `z`; it has t, energy, x, y, v_x, v_y, a_x, a_y, force_x, force_y, power, place_0, place_1, u, k_0, k_1"):
         node["z"]
+
+
+def test_a_node_has_multipliers() -> None:
+    run = dsocs.System(ROD, name="rod").flow(h=0.01, q=[0.6, -0.8], v=[0.4, 0.3]).until(0.5)
+    for place in (0, 1, 30, -1):
+        node = run[place]
+        for one in (node, pickle.loads(pickle.dumps(node))):
+            assert one["lambda_0"] == run["lambda_0"][place]
+        # the force is the multiplier times the gradient of x² + y² - length²
+        np.testing.assert_allclose(node["lambda_0"] * 2 * node.q, node.force, rtol=1e-12)
+    with pytest.raises(KeyError, match="force_y, lambda_0, length, gravity"):
+        run.node["lambda_1"]
 
 
 def test_nodes_can_be_pickled_and_copied() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -67,3 +68,25 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
 @pytest.mark.parametrize("call", CALLS)
 def test_what_is_too_large_is_a_memory_error(call: str) -> None:
     assert in_a_process(SMALL.replace("{call}", CALLS[call])).startswith("MemoryError")
+
+
+SPAWNED = """
+import multiprocessing
+import dsocs
+
+pendulum = dsocs.System("coordinates(a); lagrangian = dot(a).powi(2) / 2 + a.cos(); let unused = a;")
+
+def last(x):
+    return float(pendulum.flow(h=0.01, q=[x], v=[0.0]).until(0.1)["a"][-1])
+
+if __name__ == "__main__":
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        pool.map(last, [1.0, 2.0])
+"""
+
+
+def test_a_process_that_is_spawned_does_not_warn_again(tmp_path: Path) -> None:
+    script = tmp_path / "spawned.py"
+    script.write_text(SPAWNED)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=180, check=True)
+    assert done.stderr.count("DeclarationWarning") == 1, done.stderr

@@ -336,6 +336,24 @@ def test_what_is_shown(swing: dsocs.System) -> None:
     assert run._repr_html_().count("<iframe") == 1 and "<p>" in swing.flow()._repr_html_()
 
 
+def test_an_estimate_and_ends_are_shown_in_a_line(swing: dsocs.System) -> None:
+    estimate = swing.flow().until(1.0).estimate_error()
+    worst = int(estimate.errors[:, 0].argmax())
+    assert repr(estimate).startswith(f"<ErrorEstimate: at most {estimate.largest['theta']:.3g}, of theta at run[{worst}] of 101 nodes; uncertainty ")
+    assert repr(swing.ensemble(q=[[1.0], [2.0]]).until(0.1)) == "<Ends of 2 runs of swing; t and energy (2,), q, v, a and force (2, 1), observed (2, 1)>"
+
+
+def test_advice_is_that_of_python() -> None:
+    contact = dsocs.System("coordinates(z); lagrangian = dot(z).powi(2) / 2 - 9.81 * z; external_forces = 1e6 * (-z).max(0);")
+    with pytest.warns(dsocs.StepWarning) as told:
+        contact.flow(h=0.01, q=[1.0], v=[0.0]).until(2.0)
+    said = " ".join(str(one.message) for one in told)
+    assert "`tolerance=`" in said and "--" not in said
+    jumps = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.abs();").check(h=0.1, until=3.0, q=[1.0], v=[0.3])
+    excuses = " ".join(str(finding.excuse) for finding in jumps)
+    assert "end before (`until=`)" in excuses and "--" not in excuses
+
+
 def test_a_report_is_written(swing: dsocs.System, tmp_path: os.PathLike[str]) -> None:
     run = swing.flow().until(1.0)
     run.report(os.path.join(tmp_path, "page.html"))

@@ -30,6 +30,9 @@ run.until(40.0, control=brake, control_every=10).set(torque=0.0).advance(3)
 points: dsocs.Points = run.sample([0.5, 1.0])
 between: npt.NDArray[np.float64] = points["theta"] + points.q[:, 0]
 events: dsocs.Occurrences = run.watch(50.0, "theta", dsocs.Event("height", level=0.5, rising=True, ends=True))
+# what nothing would use is refused by types, too
+run.typo = 3  # type: ignore[attr-defined]
+swing.length = 2.0  # type: ignore[attr-defined]
 first: float = events[0].t + events.of("theta")[0] + float(events[0].q[0])
 other: npt.NDArray[np.float64] | None = run.roots().other
 regular: bool = bool(run.advance_to({"theta": 1.0}).certify().granted.all())
