@@ -9,7 +9,7 @@ use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::multipliers;
 use crate::regularity::resting::{self, AtPoint};
-use crate::regularity::sides::Piece;
+use crate::regularity::sides::{self, Piece};
 use crate::regularity::sticking::{self, Contact, Outlook, Solution};
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
@@ -293,11 +293,8 @@ impl Discrete<'_> {
 
     /// Whether each argument is zero on the last leg; empty if none is.
     pub(crate) fn resting_arguments(&self) -> Vec<bool> {
-        if !self.rests() {
-            return Vec::new();
-        }
-        let pieces = self.contacts.iter().flat_map(|contacts| &contacts.pieces);
-        pieces.map(|piece| *piece == Piece::Between).collect()
+        let contacts = self.contacts.as_ref().filter(|_| self.rests());
+        contacts.map_or_else(Vec::new, |contacts| sides::resting(&contacts.pieces))
     }
 
     /// Begins with some arguments at zero, which another run has found to rest.

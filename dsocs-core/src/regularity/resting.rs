@@ -239,7 +239,7 @@ impl<'a> AtPoint<'a> {
         let all: Vec<usize> = (0..pieces.len())
             .filter(|&g| pieces[g] == Piece::Between)
             .collect();
-        let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
+        let zero = sides::resting(pieces);
         let mut now = guess.clone();
         for (side, piece) in now.sides.iter_mut().zip(pieces) {
             if *piece != Piece::Between {

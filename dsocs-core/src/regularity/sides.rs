@@ -90,6 +90,11 @@ impl Piece {
     }
 }
 
+/// Whether each argument rests.
+pub(crate) fn resting(pieces: &[Piece]) -> Vec<bool> {
+    pieces.iter().map(|piece| *piece == Piece::Between).collect()
+}
+
 /// Rows and arguments at a point, with their derivatives.
 pub(crate) struct Linear {
     /// The rows, as many as unknowns.
@@ -146,7 +151,7 @@ impl Sided {
         Self {
             x,
             sides: pieces.iter().map(|piece| piece.side()).collect(),
-            still: pieces.iter().map(|piece| *piece == Piece::Between).collect(),
+            still: resting(&pieces),
             pieces,
             evaluations: 0,
         }

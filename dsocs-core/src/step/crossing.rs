@@ -14,7 +14,7 @@ use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::rounding;
-use crate::regularity::sides::Piece;
+use crate::regularity::sides::{self, Piece};
 use crate::solve::Vector;
 use crate::start::place::{MotionPath, Place};
 use crate::start::{self, third};
@@ -158,7 +158,7 @@ impl StepPath<'_> {
             .collect();
         let guess = Held::guess(&Vector::zero(q.len()), multipliers, pieces.len());
         let held = point.held(&pieces, &guess).filter(|held| !held.leaves);
-        let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
+        let zero = sides::resting(&pieces);
         let (x, reach) = if zero.contains(&true) {
             // a body at rest stays at rest as long as it can
             let Held { x, reach, .. } = held.unwrap_or(guess);

@@ -20,7 +20,7 @@ use crate::number::compensated::Compensated;
 use crate::number::larger;
 use crate::number::point::AnyPoint;
 use crate::regularity::resting::{AtPoint, Held};
-use crate::regularity::sides::Piece;
+use crate::regularity::sides::{Piece, resting};
 use crate::regularity::sticking as sides;
 use crate::series::roots::value;
 use crate::solve::rotation;
@@ -152,7 +152,7 @@ impl Integrator {
             watch.forks = forks;
             watch.sticking = Some(Box::new(Sticking {
                 last: found.pieces.clone(),
-                rested: between(&found.pieces).collect(),
+                rested: resting(&found.pieces),
                 pieces: found.pieces,
                 now,
                 step,
@@ -414,7 +414,7 @@ impl Integrator {
     ) -> Option<f64> {
         let declaration = equations.declaration();
         let multipliers = declaration.shape().multipliers();
-        let zero: Vec<bool> = between(&sticking.pieces).collect();
+        let zero = resting(&sticking.pieces);
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
         let forks = |x: f64| {
             let (q, v) = way.at((q, v), x);
@@ -483,7 +483,7 @@ impl Integrator {
             short = watch.short;
         }
         sticking.last.clone_from(&sticking.pieces);
-        sticking.rested = between(&sticking.last).collect();
+        sticking.rested = resting(&sticking.last);
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
         let point = AtPoint::new(equations.declaration(), (t, q, v));
         let (mut arrived, mut changes) = (None, false);
@@ -625,11 +625,6 @@ impl Integrator {
             (watch.sticking, watch.rested) = (None, None);
         }
     }
-}
-
-/// Whether each argument rests.
-fn between(pieces: &[Piece]) -> impl Iterator<Item = bool> {
-    pieces.iter().map(|piece| *piece == Piece::Between)
 }
 
 /// The arguments that are zero: the given ones, and those that arrive there within the `time`, with the given

@@ -282,10 +282,10 @@ fn ends(error: &RunError) -> f64 {
     series.ends_at()
 }
 
-/// The outcomes of Taylor flows at several tolerances: numbers of runs that ended at a singularity, that
-/// passed one, and that were regular.
-fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
-    let [mut ended, mut passed, mut regular] = [0; 3];
+/// The outcomes of Taylor flows at several tolerances: numbers of runs that ended at a singularity, of those among them that ended
+/// elsewhere, that passed one, and that were regular.
+fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 4] {
+    let [mut ended, mut elsewhere, mut passed, mut regular] = [0; 4];
     for seed in 0..laws {
         let (law, state) = Law::drawn(&mut Random::new(seed));
         let (track, singular) = law.determinants(state);
@@ -307,15 +307,10 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
                 (Some(t), Err(error)) => {
                     // with a large tolerance the motion itself is another one
                     let found = ends(&error);
-                    if tolerance <= 1e-6 && found > t + 1e-3 {
-                        println!("seed {seed}, {tolerance}: passed, and ended at {found} for {t}");
-                        passed += 1;
-                        continue;
+                    if tolerance <= 1e-6 && (found - t).abs() >= 1e-3 {
+                        println!("seed {seed}, {tolerance}: ends at {found} for {t}: {error}");
+                        elsewhere += 1;
                     }
-                    assert!(
-                        tolerance > 1e-6 || t - found < 1e-3,
-                        "seed {seed}, {tolerance}: {found} for {t}: {error}"
-                    );
                     ended += 1;
                 }
                 (Some(_), Ok(())) => {
@@ -330,11 +325,11 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 3] {
             }
         }
     }
-    [ended, passed, regular]
+    [ended, elsewhere, passed, regular]
 }
 
-/// The random laws by Taylor flows at several tolerances: at most one in 600 laws is passed, by a run that goes on or ends
-/// later, the end is else the singularity to 1e-3 s for tolerances up to 1e-6, and no regular law is refused.
+/// The random laws by Taylor flows at several tolerances: at most one in 600 laws is passed, the end is the
+/// singularity to 1e-3 s for tolerances up to 1e-6, and no regular law is refused.
 #[test]
 fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
     let (laws, tolerances) = short_or_long(
@@ -343,7 +338,8 @@ fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
     );
     let counts = counted_by_series(u64::from(laws), tolerances);
     println!("{counts:?}");
-    let [ended, passed, regular] = counts;
+    let [ended, elsewhere, passed, regular] = counts;
+    assert_eq!(elsewhere, 0, "{counts:?}");
     // a motion whose determinant and right-hand side vanish together may pass
     assert!(passed <= laws / 600, "{counts:?}");
     let runs = laws * u32::try_from(tolerances.len()).unwrap();
