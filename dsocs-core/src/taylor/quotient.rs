@@ -47,6 +47,9 @@ const NARROWEST: f64 = 1e-13;
 const WIDER: f64 = 16.0;
 const WIDEST: f64 = 0.05;
 
+/// Number of changes of the velocity that are tried, each smaller than the last by the factor [`WIDER`].
+const CHANGES: usize = 4;
+
 /// Where differences of motions vanish, those at the beginning of a step may be larger at its end by this factor, and
 /// the other way round.
 const AMPLIFIES: f64 = 1e4;
@@ -62,12 +65,14 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Integrator {
     /// [`Integrator::past`] for a divisor, or the determinant, with another sign at the end: the first place within
-    /// the trial step of the length `h`, to the time `t`, where the acceleration has no limit.
+    /// the trial step of the length `h`, to the time `t`, where the acceleration has no limit. If the acceleration at
+    /// the end is missed, it has no limit known.
     #[cold]
     pub(super) fn past_quotient(
         &mut self,
         equations: &mut dyn SeriesKernel,
         (h, t): (f64, f64),
+        is_missed: bool,
     ) -> Option<Past> {
         let [mut before, end] = [self.series.signs(), self.next.signs()];
         let mut probe = Probe {
@@ -80,6 +85,9 @@ impl Integrator {
         for _ in 0..PLACES {
             let place = probe.change(&[], before, [from, h]);
             found = probe.past(place, before);
+            if found.is_none() && is_missed {
+                found = Some(probe.unbounded(place));
+            }
             from = place + BESIDE * h;
             before = probe.signs(from, &[]);
             if found.is_some() || before == end || before.is_nan() {
@@ -264,12 +272,17 @@ impl Probe<'_> {
             remove_part(&mut direction, form);
         }
         let by = direction.zip(&near.scale, |y, scale| y * scale);
-        let [back, on] = [-BESIDE, BESIDE].map(|step| {
-            let by = centre.zip(&by, |v, by| v + step * by);
-            self.residue(s, &by, before)
-        });
-        let slope = on?.zip(&back?, |on, back| 0.5 * (on - back) / BESIDE);
-        Some(slope.zip(&near.scale, |x, scale| x / scale))
+        // a change that is large for a short step moves the place out of sight
+        core::iter::successors(Some(BESIDE), |part| Some(part / WIDER))
+            .take(CHANGES)
+            .find_map(|part| {
+                let [back, on] = [-part, part].map(|step| {
+                    let by = centre.zip(&by, |v, by| v + step * by);
+                    self.residue(s, &by, before)
+                });
+                let slope = on?.zip(&back?, |on, back| 0.5 * (on - back) / part);
+                Some(slope.zip(&near.scale, |x, scale| x / scale))
+            })
     }
 
     /// The sizes and the admissible changes of velocities at the time `s`; `None` at rest.

@@ -76,8 +76,8 @@ impl Integrator {
     /// sign of the determinant is not computed with it, and only the difference shows the zero. With a large
     /// tolerance such a step may be short enough to be accepted.
     #[inline(always)]
-    pub(super) fn may_pass_zero(&self, [acceleration, defect]: [f64; 2]) -> bool {
-        defect >= MISSED * acceleration && defect > 0.0 || self.changes_sign()
+    pub(super) fn may_pass_zero(&self, end: [f64; 2]) -> bool {
+        is_missed(end) || self.changes_sign()
     }
 
     /// The time in which the position changes, on the way of a step of the length `h`, by so many roundings that the determinant is more
@@ -101,9 +101,9 @@ impl Integrator {
         if let Some(end) = end
             && self.may_pass_zero(end)
         {
-            let mut past = self.past_zero(equations, h, smallest);
+            let mut past = self.past_zero(equations, (h, smallest), t);
             if past.is_none() && self.changes_sign() {
-                past = self.past_quotient(equations, (h, t));
+                past = self.past_quotient(equations, (h, t), is_missed(end));
             }
             if past.is_some() {
                 return past;
@@ -138,7 +138,12 @@ impl Integrator {
 
     /// [`Integrator::past`] for a determinant with another sign at the end.
     #[cold]
-    fn past_zero(&self, equations: &dyn SeriesKernel, h: f64, smallest: f64) -> Option<Past> {
+    fn past_zero(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        (h, smallest): (f64, f64),
+        t: f64,
+    ) -> Option<Past> {
         let declaration = equations.declaration();
         let n = self.now.q().len();
         let at = |s: f64, found: Option<&[f64]>| {
@@ -189,12 +194,29 @@ impl Integrator {
         if is_of_another(&declaration, &to.1, &first.2) {
             return (apart > MEETS * largest && ahead > smallest).then_some(Past::Unseen(ahead));
         }
-        (apart > GROWS * least).then_some(if ahead > PAST * h.abs() {
+        if apart <= GROWS * least {
+            return None;
+        }
+        // where all motions close by come to the same place, the error of this one gives it a pole. Only from afar is the velocity of that place
+        // known: next to it all differences are rounding
+        if self.changes_sign()
+            && let Some(Past::End(end @ Outcome::NotUnique(..))) =
+                self.past_quotient(equations, (h, t), false)
+        {
+            return Some(Past::End(end));
+        }
+        Some(if ahead > PAST * h.abs() {
             Past::Unseen(ahead)
         } else {
             Past::End(Outcome::Unbounded(to.1.t))
         })
     }
+}
+
+/// Whether the acceleration at the end of a step differs from that of its series as much as beyond a pole, from the sizes of both.
+#[inline(always)]
+fn is_missed([acceleration, defect]: [f64; 2]) -> bool {
+    defect >= MISSED * acceleration && defect > 0.0
 }
 
 /// Whether the determinant vanishes at a place only because the acceleration changes, and not for every

@@ -184,7 +184,8 @@ impl Law {
             }
             (t, state, now) = (t + h, next, determinant);
             track.push([t, now]);
-            if now.abs() < 1e-7 * first.abs() {
+            // before that it may turn and grow again
+            if now.abs() < 1e-10 * first.abs() {
                 return (track, Some(t));
             }
             if change < 4e-3 {
@@ -255,17 +256,15 @@ fn count_runs(laws: u64) -> Counts {
     counts
 }
 
-/// Random laws of two masses with five steps, against the determinant along the closed form. At most one law
-/// in 500 passes its singularity without an error or a warning, less than a tenth of those that end give only
-/// a warning, and no regular law is refused.
+/// Random laws of two masses with five steps, against the determinant along the closed form. No law
+/// passes its singularity without an error or a warning, less than a tenth of those that end give only a
+/// warning, and no regular law is refused.
 #[test]
 fn random_laws_are_not_passed_in_silence_where_they_are_singular_nor_refused_where_they_are_not() {
     let laws = short_or_long(100, 5000);
     let counts = count_runs(u64::from(laws));
     println!("{counts:?}");
-    // a motion whose determinant and right-hand side vanish together may pass where only the discrete determinant, which differs by order h,
-    // could show it: this happens for one law in some hundreds
-    assert!(counts.silent <= laws / 500, "{counts:?}");
+    assert_eq!(counts.silent, 0, "{counts:?}");
     assert!(
         counts.ended > laws / 4 && counts.regular > 5 * laws / 2,
         "{counts:?}"
@@ -328,8 +327,9 @@ fn counted_by_series(laws: u64, tolerances: &[f64]) -> [u32; 4] {
     [ended, elsewhere, passed, regular]
 }
 
-/// The random laws by Taylor flows at several tolerances: at most one in 600 laws is passed, the end is the
-/// singularity to 1e-3 s for tolerances up to 1e-6, and no regular law is refused.
+/// The random laws by Taylor flows at several tolerances: no singularity is passed, nor one at which determinant
+/// and right-hand side vanish together; the end is the singularity to 1e-3 s for tolerances up to 1e-6, and no
+/// regular law is refused.
 #[test]
 fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
     let (laws, tolerances) = short_or_long(
@@ -340,8 +340,7 @@ fn no_tolerance_leads_past_a_singularity_nor_is_a_regular_law_refused() {
     println!("{counts:?}");
     let [ended, elsewhere, passed, regular] = counts;
     assert_eq!(elsewhere, 0, "{counts:?}");
-    // a motion whose determinant and right-hand side vanish together may pass
-    assert!(passed <= laws / 600, "{counts:?}");
+    assert_eq!(passed, 0, "{counts:?}");
     let runs = laws * u32::try_from(tolerances.len()).unwrap();
     assert!(ended > runs / 20 && regular > runs / 2, "{counts:?}");
 }
