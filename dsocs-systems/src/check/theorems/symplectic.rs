@@ -220,6 +220,16 @@ pub fn law(motion: &CheckedMotion<'_>, report: &mut Report) {
     ));
 }
 
+/// The size of both legs, of which the first is zero where a force begins to act on a body at rest, and the size below which they are at rest.
+fn sizes(triple: &Triple, last: &[f64]) -> [f64; 2] {
+    let legs = triple.leg.d.iter().chain(last);
+    let farthest = triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs()));
+    [
+        legs.fold(0.0, |size: f64, d| size.hypot(*d)),
+        RESTING_LEG * farthest,
+    ]
+}
+
 /// Whether two pieces of a function meet at the nodes of a triple or in the middle between them, or so close by that the smallest shifts of
 /// nodes in difference quotients reach beyond.
 fn meets_an_edge(motion: &CheckedMotion<'_>, triple: &Triple) -> bool {
@@ -229,15 +239,8 @@ fn meets_an_edge(motion: &CheckedMotion<'_>, triple: &Triple) -> bool {
         (triple.leg.t, &triple.leg.q, &triple.leg.d),
         (last.t, &last.q, &last.d),
     ];
-    let size = legs
-        .iter()
-        .flat_map(|(.., d)| *d)
-        .fold(0.0_f64, |size, d| size.hypot(*d));
-    let size = larger(
-        size,
-        RESTING_LEG * triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs())),
-    );
-    let shift = SHIFTS * LEAST_SHIFT * size;
+    let [size, resting] = sizes(triple, &last.d);
+    let shift = SHIFTS * LEAST_SHIFT * larger(size, resting);
     legs.into_iter().any(|(t, q, d)| {
         [0.0, 0.5, 1.0].into_iter().any(|back| {
             let back_by: Vec<f64> = d.iter().map(|d| -back * d).collect();
@@ -272,15 +275,9 @@ fn quotient(
     has_large_numbers: bool,
 ) -> Result<[f64; 2], GeometryError> {
     let last = triple.last(flow.h()).d;
-    // both legs: the first is zero where a force begins to act on a body at rest
-    let legs = triple.leg.d.iter().chain(&last);
-    let size = match legs.fold(0.0_f64, |size, d| size.hypot(*d)) {
-        // at rest to rounding, as on an unstable equilibrium
-        size if size <= RESTING_LEG * triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs())) => {
-            flow.h().abs()
-        }
-        size => size,
-    };
+    let [size, resting] = sizes(triple, &last);
+    // at rest to rounding, as on an unstable equilibrium
+    let size = if size <= resting { flow.h().abs() } else { size };
     let (mut apart, mut rounding_of_positions) = (0.0, 0.0);
     let place = triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs()));
     let n = last.len();
