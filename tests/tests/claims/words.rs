@@ -54,6 +54,16 @@ declared! {
     variational = [(dot(x), dot(y))];
 }
 
+declared! {
+    /// A mass beside a pendulum with a motor, whose energy falls in proportion to itself, or with the power of the motor.
+    struct Falling { own: f64, power: f64 }
+    coordinates(x, theta);
+    lagrangian = (dot(x).powi(2) + dot(theta).powi(2)) / 2 + theta.cos();
+    let energy = (dot(x).powi(2) + dot(theta).powi(2)) / 2 + 1 - theta.cos();
+    kinematic = dot(energy) + own * energy + power * dot(theta).powi(2);
+    constraint_forces = [(0, 1)];
+}
+
 /// The message of a second-order start that is refused.
 fn refused<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> (SetupError, String) {
     let error = Flow::new(system, 0.1, Start::second_order(q0, v0))
@@ -130,6 +140,33 @@ fn a_constraint_without_a_derivative_is_named() {
         "{message}"
     );
     assert!(message.contains("derivatives are zero"), "{message}");
+}
+
+/// Where the force has no power, a rate of decrease that is not zero is no factor: the two are told apart by what is left of the row.
+#[test]
+fn a_row_that_no_acceleration_meets_is_no_factor() {
+    let (own, with_power) = (Falling { own: 1.0, power: 0.0 }, Falling { own: 0.0, power: 1.0 });
+    // at rest, and where the mass moves alone
+    for v0 in [[0.0, 0.0], [0.3, 0.0]] {
+        let (error, message) = refused(&own, [0.0, 1.0], v0);
+        assert!(
+            matches!(&error, SetupError::Acceleration { deficiency: Some(deficiency), .. } if deficiency.unmet),
+            "{error:?}"
+        );
+        assert!(message.contains("no acceleration meets"), "{message}");
+        assert!(message.contains("start with another velocity"), "{message}");
+        assert!(!message.contains("divide"), "{message}");
+    }
+    // as it advises
+    Flow::new(&own, 0.1, Start::second_order([0.0, 1.0], [0.0, 0.4])).unwrap();
+    for (v0, is_factor) in [([0.0, 0.0], true), ([0.3, 0.0], false)] {
+        let (_, message) = refused(&with_power, [0.0, 1.0], v0);
+        assert!(!message.contains("no acceleration meets"), "{message}");
+        assert_eq!(message.contains("divide it out"), is_factor, "{message}");
+    }
+    // in equilibrium the energy is zero, and so is the row
+    let (_, message) = refused(&own, [0.7, 0.0], [0.0, 0.0]);
+    assert!(message.contains("divide it out"), "{message}");
 }
 
 /// Where only the guess is singular, the message advises `Start::near_acceleration`.
