@@ -569,11 +569,14 @@ def written(
         }
     roots = [part for _, rows, _ in statements for row in rows for part in row] + list(observed.values())
     nodes = list(_walk(roots))
-    found = _known(nodes, names)
-    _check_used(given_values, found)
+    declared = _known(nodes, names)
+    _check_used(given_values, declared)
     # first those that are given, in their order: sympy has an order of its own within sums and products
-    known = {name: (value, found[name][1]) for name, value in given_values.items()}
-    known.update({name: of for name, of in found.items() if name not in known})
+    known = {name: (value, declared[name][1]) for name, value in given_values.items()}
+    known.update({name: of for name, of in declared.items() if name not in known})
+    for name in observed:
+        if name in known or name in names:
+            raise SetupError(f"observe has an expression `{name}`, which is the name of a {'parameter' if name in known else 'coordinate'}; take another name")
     used = {*names, *known, *observed}
     # a part that occurs several times is written once, as a `let`
     counts: dict[int, int] = {}

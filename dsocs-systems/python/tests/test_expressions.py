@@ -237,7 +237,7 @@ def test_values_of_parameters_are_taken_and_others_refused() -> None:
     with pytest.raises(dsocs.SetupError, match="no expression contains the parameters `m`, `g`; the system has k") as raised:
         dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=shared)
     advised = str(raised.value).split("parameters=")[-1]
-    assert dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=eval(advised)).parameters == {"k": 5.0}
+    assert dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=eval(advised, {"shared": shared})).parameters == {"k": 5.0}
     with pytest.raises(dsocs.SetupError, match="no expression contains `g`; leave it out"):
         dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters={"k": 5.0, "g": 9.81})
 
@@ -251,8 +251,9 @@ def test_parameters_have_no_name_of_a_column(name: str) -> None:
     with pytest.raises(dsocs.DeclarationError, match=said):
         dsocs.System(f"parameters {{ {name} = 2.0 }} coordinates(x); lagrangian = {name} * dot(x).powi(2);")
     # nor is an observed expression called as a parameter, which the column would hide
-    with pytest.raises((dsocs.DeclarationError, dsocs.SetupError), match="`m` is the name of a parameter already|expected another name"):
-        dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2 * dsocs.parameter("m", 2.0), observe={"m": 2 * x})
+    for own, kind in (("m", "parameter"), ("x", "coordinate")):
+        with pytest.raises(dsocs.SetupError, match=f"`{own}`, which is the name of a {kind}; take another name"):
+            dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2 * dsocs.parameter("m", 2.0), observe={own: 2 * x})
 
 
 @pytest.mark.parametrize("name", ["h", "tau", "t1"])

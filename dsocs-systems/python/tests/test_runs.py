@@ -372,6 +372,12 @@ def test_what_a_system_says(swing: dsocs.System, beads: dsocs.System) -> None:
 def test_a_check_of_a_run(curved: dsocs.System) -> None:
     findings = curved.flow().until(2.0).check()
     assert findings.ok and len(findings) > 5 and "regularity" in repr(findings)
+    # it fits a terminal, and nothing is left out
+    lines = repr(findings).split("\n")
+    assert max(map(len, lines)) <= 100
+    shown = " ".join(" ".join(lines).split())
+    for finding in findings:
+        assert all(word in shown for word in f"{finding.check}: {finding.what} {finding.figure:.3g}".split())
 
 
 def test_an_error_estimate_under_held_inputs(swing: dsocs.System) -> None:
