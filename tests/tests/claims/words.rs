@@ -169,6 +169,49 @@ fn a_row_that_no_acceleration_meets_is_no_factor() {
     assert!(message.contains("divide it out"), "{message}");
 }
 
+declared! {
+    /// A particle with a constraint between the sizes of two velocities, whose gradient vanishes at rest (Appell and Hamel), in a frame that moves along.
+    struct AppellHamel { drift: f64 }
+    coordinates(x, y, z);
+    let v = [dot(x) - drift, dot(y), dot(z)];
+    lagrangian = (v[0].powi(2) + v[1].powi(2) + v[2].powi(2)) / 2 - 0.981 * z - 0.3 * (x - drift * t) * y;
+    nonholonomic = v[0].powi(2) + v[1].powi(2) - v[2].powi(2) / 4;
+}
+
+declared! {
+    /// A particle whose speed in the plane is constant: its gradient vanishes at rest, where the row does not hold.
+    struct Speed;
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    nonholonomic = dot(x).powi(2) + dot(y).powi(2) - 1;
+}
+
+/// A smaller step does not help where the gradient of a constraint on velocities vanishes.
+#[test]
+fn a_constraint_on_velocities_without_a_gradient_is_named() {
+    for drift in [0.0, 0.7] {
+        for h in [0.01, 0.001] {
+            let start = Start::second_order([0.0, 0.0, 0.0], [0.3 + drift, 0.4, 1.0]);
+            let error = Flow::new(&AppellHamel { drift }, h, start)
+                .unwrap()
+                .until(3.0)
+                .unwrap_err()
+                .error;
+            let step = error.failed_step().unwrap();
+            assert_eq!(step.without_gradient, Some(DependentRow::Nonholonomic(0)));
+            let message = error.to_string();
+            assert!(
+                message.contains("nonholonomic constraint 1 has no gradient")
+                    && message.contains("a smaller h does not help"),
+                "{message}"
+            );
+            assert!(!message.contains("try a smaller h"), "{message}");
+        }
+    }
+    let mut flow = Flow::new(&Speed, 0.01, Start::second_order([0.0, 0.0], [1.0, 0.0])).unwrap();
+    flow.until(3.0).unwrap();
+}
+
 /// Where only the guess is singular, the message advises `Start::near_acceleration`.
 #[test]
 fn two_accelerations_are_no_dependent_rows() {
