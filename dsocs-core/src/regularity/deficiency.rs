@@ -37,6 +37,10 @@ pub(crate) struct Singularity {
 /// The unknowns that the equations do not determine at a point: why there is no solution, or more than one.
 ///
 /// Its text is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "facts that do not depend on each other"
+)]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deficiency {
     /// The coordinates that are not determined.
