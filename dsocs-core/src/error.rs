@@ -476,7 +476,8 @@ pub struct FailedStep {
     /// Approximate time at which a constraint becomes dependent on the earlier ones, or nearly so, and this
     /// row, if it may be the cause.
     pub dependent: Option<(f64, DependentRow)>,
-    /// A holonomic constraint that holds at the middle node with zero gradient, if it may be the cause.
+    /// A holonomic constraint that holds at the middle node with zero gradient, or a nonholonomic one that does at a velocity near that of the step, if it
+    /// may be the cause.
     pub without_gradient: Option<DependentRow>,
     /// For [`StepFailure::NoSolution`], the rows that do not vanish at the minimum of the residual, each with
     /// its value in its units; otherwise empty.
@@ -540,6 +541,10 @@ impl StepError {
         let step = &*self.0;
         if step.singular_at.is_some() {
             return SINGULAR;
+        }
+        if let Some(DependentRow::Nonholonomic(_)) = step.without_gradient {
+            return "the motion comes to where nothing determines this force, and a smaller h does not help: end the run before, or write rows whose gradients are \
+                    independent where they hold";
         }
         if step.without_gradient.is_some() {
             return "write rows whose gradients are independent where they hold: two rows for an axis, `(r * a).inner(s * b)` and `(r * a).inner(s * c)`, in place of \
@@ -672,11 +677,16 @@ impl fmt::Display for StepError {
                 Short(left.abs())
             )?;
         }
-        if let Some(row) = &step.without_gradient {
-            write!(
+        match &step.without_gradient {
+            Some(row @ DependentRow::Nonholonomic(_)) => write!(
+                f,
+                "; {row} has no gradient at a velocity near that of this step, where it holds, so that it does not determine its multiplier"
+            )?,
+            Some(row) => write!(
                 f,
                 "; {row} has no gradient at q1, where it holds, so that no force belongs to it"
-            )?;
+            )?,
+            None => {}
         }
         if let Some(time) = step.singular_at {
             write!(

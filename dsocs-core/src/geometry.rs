@@ -65,7 +65,8 @@ use crate::{number::point::Leg, system::System};
 
 pub use admissible::admissible_variations;
 pub use continuous::{
-    Variation, canonical_form, constraint_force, legendre, motion, motion_near, position_changes, variations,
+    Variation, canonical_form, constraint_force, legendre, legendre_with, motion, motion_near,
+    position_changes, variations, velocity_after,
 };
 pub use error::GeometryError;
 pub use evolution::Evolution;

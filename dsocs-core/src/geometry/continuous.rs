@@ -19,12 +19,21 @@ use crate::tape::declaration::Declaration;
 /// The Legendre transform `FL(t, q, v) = ∂L/∂v`: the momentum.
 #[must_use]
 pub fn legendre(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
-    let (declaration, t) = (Declaration::of(system), Tangent::new(t, 0.0));
-    let q = fixed(q);
-    let along = |j| moving(v, &along(v.len(), j, 1.0));
-    (0..v.len())
-        .map(|j| declaration.lagrangian(t, &q, &along(j)).derivative())
-        .collect()
+    legendre_with(&Declaration::of(system), (t, q, v))
+}
+
+/// [`legendre`] of a declaration, with its values of the parameters.
+#[must_use]
+pub fn legendre_with(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Vec<f64> {
+    start::momentum(declaration, (t, q, v))
+}
+
+/// The velocity with which a motion goes on where parameters change suddenly, from those of the first declaration to those of the second: as every run
+/// does at a held input ([`crate::Inputs`]), it keeps the momentum, except for impulses of the constraint forces. `None` if the constraints do not
+/// determine it.
+#[must_use]
+pub fn velocity_after(sides: &[Declaration<'_>; 2], (t, q, v): (f64, &[f64], &[f64])) -> Option<Vec<f64>> {
+    start::velocity_after(sides, (t, q, v)).ok()
 }
 
 /// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(t, q, v)`, on displacements `(δq, δv)` (paper, section 2).

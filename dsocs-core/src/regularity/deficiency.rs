@@ -7,6 +7,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
+use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, map};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -21,6 +22,9 @@ const NEARLY_ZERO: f64 = 1e-5;
 /// An unknown or a row with at most this component in all null vectors is not part of the deficiency.
 const NO_PART: f64 = 1e-6;
 
+/// A combination of rows with a value below this part of its terms holds.
+const UNMET: f64 = 1e-9;
+
 /// A singularity that no motion passes.
 #[derive(Clone, Debug)]
 pub(crate) struct Singularity {
@@ -33,6 +37,10 @@ pub(crate) struct Singularity {
 /// The unknowns that the equations do not determine at a point: why there is no solution, or more than one.
 ///
 /// Its text is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "facts that do not depend on each other"
+)]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deficiency {
     /// The coordinates that are not determined.
@@ -47,6 +55,8 @@ pub struct Deficiency {
     /// Whether the equations are deficient only where the search began. Close to that point the rows determine the unknowns, so there may
     /// be a solution on either side.
     pub at_guess_alone: bool,
+    /// Whether no acceleration meets the rows, a kinematic constraint among them, at this state: the part of them that contains no unknown is not zero.
+    pub unmet: bool,
 }
 
 /// A row of the equations, as it was declared.
@@ -130,14 +140,6 @@ fn named(rows: &[DependentRow]) -> String {
 }
 
 impl Deficiency {
-    /// Marks a deficiency that exists at the guess alone: `other`, the deficiency at a nearby point, is `None`.
-    fn beside(self, other: impl FnOnce() -> Option<Self>) -> Self {
-        Self {
-            at_guess_alone: other().is_none(),
-            ..self
-        }
-    }
-
     /// Whether constraints alone depend on each other.
     pub(crate) fn is_of_constraints(&self) -> bool {
         !self.rows.is_empty() && self.rows.iter().all(DependentRow::is_constraint)
@@ -167,6 +169,12 @@ impl Deficiency {
         if self.at_guess_alone {
             return None;
         }
+        if self.unmet {
+            return Some(
+                "start with another velocity, at which the constraint contains the acceleration; or change it so that it holds here: a Lyapunov \
+                 constraint `dot(V) + F` by a rate `F` that vanishes with the power of the force, such as `k * dot(x).powi(2)`",
+            );
+        }
         Some(match (self.is_of_constraints(), self.rows.len()) {
             (true, 1) if matches!(self.rows[0], DependentRow::Kinematic(_)) => {
                 "a factor of the constraint is zero here, as a velocity is at rest: divide it out (`branch = divide(factor)`, for example \
@@ -194,6 +202,9 @@ impl fmt::Display for Deficiency {
             let rows = named(&self.rows);
             if self.rows.len() == 1 {
                 write!(f, "{rows} says nothing about the acceleration here")?;
+                if self.unmet {
+                    f.write_str(" and does not hold: no acceleration meets it at this state")?;
+                }
             } else {
                 write!(f, "{rows} depend on each other here")?;
             }
@@ -211,7 +222,11 @@ impl fmt::Display for Deficiency {
                     f,
                     "no row determines {what}: {} depend on each other here",
                     named(&self.rows)
-                )
+                )?;
+                if self.unmet {
+                    f.write_str(", and no acceleration meets them all at this state")?;
+                }
+                Ok(())
             }
             Some((what, _)) => write!(f, "no row determines {what}"),
             None => write!(f, "{} depend on each other here", named(&self.rows)),
@@ -242,7 +257,16 @@ pub(crate) fn of_step(
     let middle = declaration.point(h, leg, e);
     let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
     let found = examine(declaration, &columns(e), middle.any(), ZERO)?;
-    Some(found.beside(|| examine(declaration, &columns(&beside(e, longest)), middle.any(), ZERO)))
+    let other = || examine(declaration, &columns(&beside(e, longest)), middle.any(), ZERO);
+    Some(found.judged(other, || {
+        let multipliers = multipliers::of_step(declaration, h, leg, e);
+        declaration.declared(
+            Bounded::splat(h),
+            leg.map(Bounded::splat).any(),
+            &map(e, Bounded::splat),
+            &map(&multipliers, Bounded::splat),
+        )
+    }))
 }
 
 /// The deficiency of the continuous system at a point; `None` if the Jacobian is regular or not finite.
@@ -261,12 +285,15 @@ pub(crate) fn near_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>
 /// largest counted as zero.
 fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) -> Option<Deficiency> {
     let n = declaration.dimension();
-    let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
-        let known = if declaration.has_multipliers() {
+    let known = |point: AnyPoint<'_, f64>| {
+        if declaration.has_multipliers() {
             multipliers::of_point(declaration, point)
         } else {
             Vec::new()
-        };
+        }
+    };
+    let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
+        let known = known(point);
         let columns = (0..n + known.len()).map(|j| {
             let at = AnyPoint {
                 t: Tangent::splat(point.t),
@@ -284,7 +311,16 @@ fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) 
         a: &beside(point.a, 1.0),
         ..point
     };
-    Some(found.beside(|| examine(declaration, &columns(other), other, zero)))
+    let beside = || examine(declaration, &columns(other), other, zero);
+    Some(found.judged(beside, || {
+        let at = AnyPoint {
+            t: Bounded::splat(point.t),
+            q: &map(point.q, Bounded::splat),
+            v: &map(point.v, Bounded::splat),
+            a: &map(point.a, Bounded::splat),
+        };
+        declaration.continuous(at, &map(&known(point), Bounded::splat))
+    }))
 }
 
 /// A point near `x`, displaced by about a tenth of `size` in a direction along no axis and no simple diagonal.
@@ -323,7 +359,7 @@ pub(crate) fn of_columns(
     columns: &[Vec<Tangent>],
     point: AnyPoint<'_, f64>,
 ) -> Option<Deficiency> {
-    examine(declaration, columns, point, ZERO)
+    examine(declaration, columns, point, ZERO).map(|found| found.deficiency)
 }
 
 /// [`of_columns`] for near-deficiency.
@@ -333,7 +369,50 @@ pub(crate) fn near_columns(
     columns: &[Vec<Tangent>],
     point: AnyPoint<'_, f64>,
 ) -> Option<Deficiency> {
-    examine(declaration, columns, point, NEARLY_ZERO)
+    examine(declaration, columns, point, NEARLY_ZERO).map(|found| found.deficiency)
+}
+
+/// A deficiency, with the combinations of all rows that do not contain the unknowns.
+struct Found {
+    deficiency: Deficiency,
+    combinations: Vec<Vec<f64>>,
+}
+
+impl Found {
+    /// The deficiency, once it is known whether there is one at a nearby point, `other`; `values` are those of all rows with their rounding errors.
+    fn judged(
+        self,
+        other: impl FnOnce() -> Option<Self>,
+        values: impl FnOnce() -> Vec<Bounded>,
+    ) -> Deficiency {
+        let Self {
+            deficiency,
+            combinations,
+        } = self;
+        let at_guess_alone = other().is_none();
+        let may_be_unmet = !at_guess_alone
+            && !deficiency.is_redundancy()
+            && deficiency
+                .rows
+                .iter()
+                .any(|row| matches!(row, DependentRow::Kinematic(_)));
+        let unmet = may_be_unmet && {
+            let values = values();
+            combinations.iter().any(|parts| {
+                let (mut sum, mut size) = (0.0, 0.0);
+                for (part, value) in parts.iter().zip(&values) {
+                    sum += part * value.lane(0);
+                    size += part.abs() * value.error() / (f64::EPSILON / 2.0);
+                }
+                sum.abs() > UNMET * size
+            })
+        };
+        Deficiency {
+            at_guess_alone,
+            unmet,
+            ..deficiency
+        }
+    }
 }
 
 /// The null vectors of a matrix, given by its columns: first those of coordinates, then those of multipliers.
@@ -342,7 +421,7 @@ fn examine(
     columns: &[Vec<Tangent>],
     point: AnyPoint<'_, f64>,
     zero: f64,
-) -> Option<Deficiency> {
+) -> Option<Found> {
     let size = columns.len();
     if columns.iter().any(|column| column.len() != size) {
         return None;
@@ -351,6 +430,7 @@ fn examine(
     if !matrix.is_finite() {
         return None;
     }
+    let declared = matrix.clone();
     let scales = equilibrate(&mut matrix, size);
     let right = null_vectors(&matrix, zero);
     let left = null_vectors(&matrix.transposed(), zero);
@@ -375,12 +455,28 @@ fn examine(
     };
     let count = left[0].len();
     let rows = (0..count).filter(|&i| has_part(&left, i));
-    Some(Deficiency {
+    // of the rows as they were declared, not as they were scaled
+    let factor = |i: usize| {
+        let largest = (0..size).max_by(|&j, &k| matrix[(i, j)].abs().total_cmp(&matrix[(i, k)].abs()));
+        let factor = largest.map_or(1.0, |j| matrix[(i, j)] / (declared[(i, j)] * scales[j]));
+        if factor.is_finite() { factor } else { 1.0 }
+    };
+    let combinations = left.iter().map(|parts| {
+        let parts = parts.iter().enumerate();
+        parts.map(|(i, part)| part * factor(i)).collect()
+    });
+    let combinations = combinations.collect();
+    let deficiency = Deficiency {
         combined: right.len() < coordinates.len(),
         coordinates: coordinates.into_iter().map(|i| names[i].name.clone()).collect(),
         massless,
         rows: rows.map(|i| row(declaration, i)).collect(),
         at_guess_alone: false,
+        unmet: false,
+    };
+    Some(Found {
+        deficiency,
+        combinations,
     })
 }
 

@@ -93,6 +93,7 @@ pub(crate) fn to_rounding(
         massless: false,
         rows,
         at_guess_alone: false,
+        unmet: false,
     })
 }
 

@@ -282,7 +282,7 @@ impl Step<'_> {
                     | StepFailure::NoSolution
                     | StepFailure::AmbiguousRoot
             )
-            .then(|| flat::without_gradient(&declaration, leg.t, leg.q))
+            .then(|| flat::without_gradient(&declaration, self.h, leg, &e))
             .flatten(),
             unmet,
             cause,

@@ -178,7 +178,8 @@ impl<'s> Declaration<'s> {
     }
 
     /// The value of a parameter; NaN beyond the last.
-    pub(crate) fn value(&self, parameter: usize) -> f64 {
+    #[must_use]
+    pub fn value(&self, parameter: usize) -> f64 {
         if self.values.is_empty() {
             self.source.value(parameter)
         } else {

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any, NamedTuple
 
 from . import _dsocs
 from ._errors import SetupError, interruptible
 from ._setup import Setup
 from ._system import System
+
+
+#: The most columns of the table of findings.
+_WIDTH = 100
 
 
 class Finding(NamedTuple):
@@ -51,11 +56,13 @@ class Findings(tuple[Finding, ...]):
             if finding.ok and finding.excuse is not None:
                 word = "open"
             rows.append((f"{finding.check}: {finding.what}", f"{finding.figure:.3g}", bar, word))
-        widths = [max((len(row[place]) for row in rows), default=0) for place in range(3)]
-        lines = [
-            f"{what:<{widths[0]}}  {figure:>{widths[1]}}  {bar:<{widths[2]}}  {word}".rstrip()
-            for what, figure, bar, word in rows
-        ]
+        widths = [max((len(row[place]) for row in rows), default=0) for place in range(4)]
+        widths[0] = min(widths[0], _WIDTH - sum(widths[1:]) - 6)
+        lines = []
+        for what, figure, bar, word in rows:
+            # the figures stand behind the last line of what is measured
+            *before, last = textwrap.wrap(what, widths[0], subsequent_indent="  ")
+            lines += [*before, f"{last:<{widths[0]}}  {figure:>{widths[1]}}  {bar:<{widths[2]}}  {word}".rstrip()]
         return "\n".join(lines)
 
 

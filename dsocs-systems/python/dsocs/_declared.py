@@ -8,7 +8,7 @@ import warnings
 from typing import Any, Mapping, NamedTuple, TypeVar
 
 from . import _arrays, _dsocs, _given, _inputs
-from ._errors import DeclarationError, DeclarationWarning, InputTypeError, SetupError
+from ._errors import DeclarationWarning, InputTypeError, SetupError
 
 #: A class of systems.
 Kind = TypeVar("Kind", bound="Declared")
@@ -97,7 +97,8 @@ class Declared(_inputs.Fixed):
         `external_forces`: a component for each coordinate, or a dict by name or by coordinate.
         `branch`: a factor that is divided out of a kinematic constraint.
         `observe`: expressions that are reported at every node, by name.
-        `parameters`: the values of sympy's symbols, and of this package's parameters other ones than they were made with.
+        `parameters`: the values of sympy's symbols, and of this package's parameters other ones than they were made with. The parameters of the system are
+        those of this dict in its order, then those that it does not name, as they first appear in the expressions.
 
         Of sympy, a matrix is taken as the list of its elements, or of its rows where vectors are asked for, and an `Eq` as the difference of its sides.
 
@@ -161,9 +162,6 @@ class Declared(_inputs.Fixed):
         # the coordinates with a velocity and a force: the first of the four numbers of a rotation has none
         self._moving = [name for place, name in enumerate(self._names) if place not in self._rotations]
         runs = [RunText(**run) for run in self._raw.runs()]
-        for of in (*self.coordinates, *self.observables):
-            if of.name.startswith("a_") and of.name[2:] in self._names:
-                raise DeclarationError(f"`{of.name}` is the column of the acceleration of `{of.name[2:]}`; expected another name")
         #: The runs of the text, by name; a run without a name has the key None.
         self.runs: dict[str | None, RunText] = {of.name: of for of in runs}
         if run is not None and run not in self.runs:

@@ -315,10 +315,10 @@ def _checked_name(kind: str, name: object) -> str:
     if not isinstance(name, str):
         raise InputTypeError(f"the name of {_a(kind)} is {name!r}; expected a text")
     if (meaning := _MEANINGS.get(name)) is not None:
-        raise SetupError(f"`{name}` cannot be the name of {_a(kind)}: in a declaration it is {meaning}")
+        raise SetupError(f"`{name}` cannot be the name of {_a(kind)}: in a declaration it is {meaning}; take another name, such as `{name}1`")
     if not _NAME.match(name) or name in _WORDS or keyword.iskeyword(name):
         turns = "; rotations and arrays of coordinates are said in a text: dsocs.System(\"…\")" if kind == "coordinate" and ":" in str(name) else ""
-        raise SetupError(f"`{name}` cannot be the name of {_a(kind)}: expected a word of letters, digits and `_` that means nothing else{turns}")
+        raise SetupError(f"`{name}` cannot be the name of {_a(kind)}: take another name, a word of letters, digits and `_` that means nothing else{turns}")
     return name
 
 
@@ -569,11 +569,14 @@ def written(
         }
     roots = [part for _, rows, _ in statements for row in rows for part in row] + list(observed.values())
     nodes = list(_walk(roots))
-    known = _known(nodes, names)
-    for name, value in given_values.items():
-        if name not in known:
-            raise unknown("parameter", name, known)
-        known[name] = (value, known[name][1])
+    declared = _known(nodes, names)
+    _check_used(given_values, declared)
+    # first those that are given, in their order: sympy has an order of its own within sums and products
+    known = {name: (value, declared[name][1]) for name, value in given_values.items()}
+    known.update({name: of for name, of in declared.items() if name not in known})
+    for name in observed:
+        if name in known or name in names:
+            raise SetupError(f"observe has an expression `{name}`, which is the name of a {'parameter' if name in known else 'coordinate'}; take another name")
     used = {*names, *known, *observed}
     # a part that occurs several times is written once, as a `let`
     counts: dict[int, int] = {}
@@ -632,6 +635,19 @@ def _known(nodes: Iterable[Expression], names: Sequence[str]) -> dict[str, tuple
                 raise _two_values(name, before[0], value)
             known[name] = (value, about or (before[1] if before else ""))
     return known
+
+
+def _check_used(given: Mapping[str, float], known: Mapping[str, Any]) -> None:
+    """Refuses values of parameters that no expression contains: one of them may be misspelt."""
+    unused = [name for name in given if name not in known]
+    if len(unused) == 1:
+        raise SetupError(f"{unknown('parameter', unused[0], known)}: no expression contains `{unused[0]}`; leave it out of parameters, if it is not misspelt")
+    if unused:
+        used = ", ".join(repr(name) for name in known)
+        raise SetupError(
+            f"no expression contains the parameters {', '.join(f'`{name}`' for name in unused)}; the system has {', '.join(known) or 'none'}. A dict that several "
+            f"systems share is cut down to those of this one: parameters={{name: shared[name] for name in shared if str(name) in ({used}{',' if len(known) == 1 else ''})}}"
+        )
 
 
 def _two_values(name: str, one: float, other: float) -> SetupError:
@@ -732,8 +748,13 @@ def _converted(given: Any, context: _SympyContext) -> Expression:
                 f"the symbol `{name}` is not the time of the coordinates, since it has other assumptions: take theirs, "
                 "`sympy.physics.mechanics.dynamicsymbols._t`"
             )
-        if name not in context.parameters:
+        if name not in context.parameters and name not in _MEANINGS:
             raise SetupError(f"the symbol `{name}` is neither a coordinate nor the time, and has no value: parameters={{{name!r}: …}} gives one")
+        if name in _MEANINGS:
+            raise SetupError(
+                f"the symbol `{name}` cannot be a parameter: in a declaration it is {_MEANINGS[name]}; take a symbol of another name, sympy.Symbol('{name}1'), or "
+                f"put it in place of this one, `.subs({name}, sympy.Symbol('{name}1'))`"
+            )
         return parameter(name, context.parameters[name])
     if given.is_Add or given.is_Mul:
         op = "+" if given.is_Add else "*"

@@ -40,7 +40,7 @@ class Run(Nodes):
     def __init__(self, system: System, setup: Setup) -> None:
         super().__init__(system, setup)
         self._history: list[tuple[Any, ...]] = []
-        self._warned = [0] * 7
+        self._warned = [0] * 8
         self._failure: str | None = None
 
     def _advice(self, name: str) -> str:

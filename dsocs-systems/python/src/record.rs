@@ -201,12 +201,15 @@ impl Record {
         accelerations.extend(a);
         forces.extend(force);
         energies.fresh.push(energy);
+        let row = || Row {
+            before,
+            ..Row::of(node, run.declaration_at_node())
+        };
         // the work between nodes that are not kept is not known
         if self.every == 1 || !self.warnings.ask_for_all() {
-            self.warnings.look(&node, || Row {
-                before,
-                ..Row::of(node, run.declaration_at_node())
-            });
+            self.warnings.look(&node, row);
+        } else {
+            self.warnings.look_at_inputs(&row());
         }
     }
 

@@ -128,9 +128,12 @@ impl State {
         let (changes, warnings) = (&mut self.changes, &mut self.record.warnings);
         self.motion.with(|run| {
             let before = place.and_then(|place| run.values().get(place).copied());
+            let arriving = (!warnings.is_driven()).then(|| run.arriving_values().to_vec());
             run.set_input(parameter, value)?;
             if let Some(place) = place.filter(|_| before != Some(value)) {
-                warnings.drive();
+                if let Some(arriving) = arriving {
+                    warnings.drive(&arriving);
+                }
                 let clock = run.clock();
                 let index = clock.index();
                 let time = if ahead == 0 {
@@ -498,14 +501,14 @@ impl PyRun {
     }
 
     /// The warnings about the nodes so far: on the energy, on bodies that rotate too far, on coordinates that
-    /// alternate, on constraints that nearly depend on each other, and on a start that was projected far.
-    fn warnings(&self) -> PyResult<[Option<String>; 5]> {
+    /// alternate, on constraints that nearly depend on each other, on inputs that are masses, and on a start that was projected far.
+    fn warnings(&self) -> PyResult<[Option<String>; 6]> {
         self.with(|state| {
             let coordinates = &state.motion.system().shape().coordinates;
             let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
-            let [energy, turns, alternation, dependence] =
+            let [energy, turns, alternation, dependence, masses] =
                 state.record.warnings.notes(&names, state.method, state.h);
-            let notes = [energy, turns, alternation, dependence, state.moved.clone()];
+            let notes = [energy, turns, alternation, dependence, masses, state.moved.clone()];
             Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })
     }

@@ -232,6 +232,58 @@ def test_values_of_parameters_are_taken_and_others_refused() -> None:
         dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters={"kk": 5.0})
     with pytest.raises(dsocs.InputTypeError, match="parameters is list"):
         dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=[5.0])  # type: ignore[arg-type]
+    # a dict that several systems share
+    shared = {"m": 1.0, "k": 5.0, "g": 9.81}
+    with pytest.raises(dsocs.SetupError, match="no expression contains the parameters `m`, `g`; the system has k") as raised:
+        dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=shared)
+    advised = str(raised.value).split("parameters=")[-1]
+    assert dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=eval(advised, {"shared": shared})).parameters == {"k": 5.0}
+    with pytest.raises(dsocs.SetupError, match="no expression contains `g`; leave it out"):
+        dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters={"k": 5.0, "g": 9.81})
+
+
+@pytest.mark.parametrize("name", ["v_x", "a_x", "force_x", "error_x", "lambda_0", "energy"])
+def test_parameters_have_no_name_of_a_column(name: str) -> None:
+    said = f"`{name}` is the column of .*expected another name"
+    x, = dsocs.coordinates("x")
+    with pytest.raises(dsocs.DeclarationError, match=said):
+        dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2 * dsocs.parameter(name, 2.0))
+    with pytest.raises(dsocs.DeclarationError, match=said):
+        dsocs.System(f"parameters {{ {name} = 2.0 }} coordinates(x); lagrangian = {name} * dot(x).powi(2);")
+    # nor is an observed expression called as a parameter, which the column would hide
+    for own, kind in (("m", "parameter"), ("x", "coordinate")):
+        with pytest.raises(dsocs.SetupError, match=f"`{own}`, which is the name of a {kind}; take another name"):
+            dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2 * dsocs.parameter("m", 2.0), observe={own: 2 * x})
+
+
+@pytest.mark.parametrize("name", ["h", "tau", "t1"])
+def test_symbols_that_mean_something_are_refused_with_a_cure(name: str) -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q, symbol = dynamicsymbols("q"), sympy.Symbol(name)
+    lagrangian = q.diff() ** 2 * symbol / 2
+    if name == "t1":
+        assert System.of(coordinates=(q,), lagrangian=lagrangian, parameters={symbol: 2.0}).parameters == {"t1": 2.0}
+        return
+    for parameters in ({symbol: 2.0}, {}):
+        with pytest.raises(dsocs.SetupError, match=f"the symbol `{name}` cannot be a parameter: .*take a symbol of another name, sympy.Symbol.'{name}1'.") as raised:
+            System.of(coordinates=(q,), lagrangian=lagrangian, parameters=parameters)
+        assert f".subs({name}, sympy.Symbol('{name}1'))" in str(raised.value)
+    with pytest.raises(dsocs.SetupError, match=f"take another name, such as `{name}1`"):
+        dsocs.parameter(name, 1.0)
+
+
+def test_parameters_of_sympy_have_the_order_of_their_dict() -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q = dynamicsymbols("q")
+    m, k, b, a = sympy.symbols("m k b a")
+    lagrangian = m * q.diff() ** 2 / 2 - k * q**2 / 2 - a * b * q
+    for values in ({m: 1.0, k: 2.0, b: 3.0, a: 4.0}, {a: 4.0, k: 2.0, m: 1.0, b: 3.0}):
+        system = System.of(coordinates=(q,), lagrangian=lagrangian, parameters=values)
+        assert list(system.parameters.items()) == [(str(symbol), value) for symbol, value in values.items()]
 
 
 def test_mistakes_with_expressions_say_what_is_meant() -> None:

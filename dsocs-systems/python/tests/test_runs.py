@@ -372,6 +372,12 @@ def test_what_a_system_says(swing: dsocs.System, beads: dsocs.System) -> None:
 def test_a_check_of_a_run(curved: dsocs.System) -> None:
     findings = curved.flow().until(2.0).check()
     assert findings.ok and len(findings) > 5 and "regularity" in repr(findings)
+    # it fits a terminal, and nothing is left out
+    lines = repr(findings).split("\n")
+    assert max(map(len, lines)) <= 100
+    shown = " ".join(" ".join(lines).split())
+    for finding in findings:
+        assert all(word in shown for word in f"{finding.check}: {finding.what} {finding.figure:.3g}".split())
 
 
 def test_an_error_estimate_under_held_inputs(swing: dsocs.System) -> None:
@@ -454,3 +460,24 @@ def test_nothing_is_warned_of_without_reason(swing: dsocs.System) -> None:
         warnings.simplefilter("error")
         swing.flow().until(2.0)
         swing.flow(tolerance=1e-10).until(2.0)
+
+
+@pytest.mark.parametrize("options", [{"order": 2}, {"order": 4}, {"tolerance": 1e-10}, {"order": 2, "every": 10}], ids=str)
+def test_a_mass_that_changes_keeps_its_momentum_and_is_told(options: dict[str, float]) -> None:
+    drone = dsocs.System(
+        "parameters { mass = 2.0, thrust = 0.0 } coordinates(z); lagrangian = mass / 2 * dot(z).powi(2) - mass * 9.81 * z; external_forces = thrust;"
+    )
+    said = "the input `mass` changes from 2 to 1 at t = [0-9.]+, and the momenta depend on it: .*the velocity of `z` jumps there"
+    with pytest.warns(dsocs.StepWarning, match=said) as told:
+        run = drone.flow(h=0.01, q=[10.0], v=[3.0], **options).until(1.0, control=lambda node: {"mass": 1.0 if node.t > 0.5 else 2.0})
+    assert len(told) == 1
+    with pytest.warns(dsocs.StepWarning, match=said) as told:
+        by_hand = drone.flow(h=0.01, q=[10.0], v=[3.0], **options).until(0.5)
+        by_hand.set(mass=1.0)
+        by_hand.until(1.0)
+    assert len(told) == 1
+    # the momentum falls by the weight
+    assert abs(run["v_z"][-1] * run["mass"][-1] - by_hand["v_z"][-1]) < 0.2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drone.flow(h=0.01, q=[10.0], v=[3.0], **options).until(1.0, control=lambda node: {"thrust": 5.0 * node.t})

@@ -1,7 +1,7 @@
 //! Warnings about a run: an energy that changes without cause; with steps of a fixed length one that
 //! explodes, forces that change too fast for the step, bodies that rotate too far in a step, coordinates that alternate from step to step, and with
-//! compositions coordinates that move otherwise than their velocities say; and constraints that nearly depend on
-//! each other. The command line and the Python package give the same warnings.
+//! compositions coordinates that move otherwise than their velocities say; constraints that nearly depend on
+//! each other; and velocities that jump since an input is a mass. The command line and the Python package give the same warnings.
 
 mod alternation;
 mod conserved;
@@ -9,6 +9,7 @@ mod dependence;
 mod energy;
 mod increments;
 mod inputs;
+mod masses;
 mod resolution;
 mod start;
 mod turns;
@@ -23,6 +24,7 @@ use dependence::Dependence;
 use energy::Energy;
 use increments::Increments;
 pub use inputs::passed_inputs;
+use masses::Masses;
 use resolution::Resolution;
 pub use start::moved_start;
 use turns::Turns;
@@ -56,7 +58,11 @@ fn energy_terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
 }
 
 /// The observers of the nodes of a run.
-pub struct Warnings(Observers);
+pub struct Warnings {
+    observers: Observers,
+    /// Of a run with inputs that change.
+    masses: Option<Masses>,
+}
 
 #[expect(clippy::large_enum_variant, reason = "there is one for a run")]
 enum Observers {
@@ -115,7 +121,7 @@ impl Steps {
         }
     }
 
-    /// The warnings, as in [`Warnings::notes`].
+    /// The warnings, as in [`Observers::notes`].
     fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
         let special = self.special.as_deref();
         let resolution = || special?.resolution.as_ref()?.note(h);
@@ -150,19 +156,25 @@ impl Warnings {
     /// The observers for a run of a system by a method, with constant inputs.
     #[must_use]
     pub fn of(method: Method, shape: &Shape) -> Self {
-        Self(match method {
+        let observers = match method {
             Method::Tolerance(tolerance) => Observers::Tolerance {
                 tolerance,
                 conserved: is_closed(shape).then(Conserved::default),
                 dependence: (shape.holonomic + shape.nonholonomic > 1).then(Dependence::default),
             },
             Method::Step | Method::Composed(_) => Observers::Steps(Steps::of(method, shape)),
-        })
+        };
+        Self {
+            observers,
+            masses: None,
+        }
     }
 
-    /// Inputs change from the next node on, and with them the energy.
-    pub fn drive(&mut self) {
-        match &mut self.0 {
+    /// Inputs change from the next node on, and with them the energy. `values` are those of all parameters on the leg to the current node; empty if the
+    /// first node is not made yet.
+    pub fn drive(&mut self, values: &[f64]) {
+        self.masses.get_or_insert_with(|| Masses::of(values));
+        match &mut self.observers {
             Observers::Steps(steps) => steps.energy.is_open = true,
             Observers::Tolerance { conserved, .. } => {
                 if let Some(conserved) = conserved {
@@ -172,41 +184,76 @@ impl Warnings {
         }
     }
 
+    /// Whether inputs have changed.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        self.masses.is_some()
+    }
+
     /// Whether all nodes of the run have to be looked at: the work between others is not known.
     #[inline]
     #[must_use]
     pub fn ask_for_all(&self) -> bool {
-        matches!(&self.0, Observers::Steps(steps) if steps.energy.is_open)
+        matches!(&self.observers, Observers::Steps(steps) if steps.energy.is_open)
     }
 
     /// Looks at the next node. Its row is made where more than the node itself is needed: at few nodes of a long run.
     #[inline]
     pub fn look<'r>(&mut self, node: &AnyNode<'_>, row: impl Fn() -> Row<'r>) {
-        match &mut self.0 {
-            Observers::Steps(steps) => steps.look(node, &row),
-            Observers::Tolerance {
+        match self.masses.as_mut().and_then(|masses| masses.look(&row())) {
+            None => self.observers.look(node, &row),
+            // a velocity that has jumped is that with which the step begins
+            Some(departing) => self.observers.look(node, &|| Row {
+                before: Some(&departing),
+                ..row()
+            }),
+        }
+    }
+
+    /// Looks at the inputs alone, where nodes between this one and the last were not looked at.
+    pub fn look_at_inputs(&mut self, row: &Row<'_>) {
+        if let Some(masses) = &mut self.masses {
+            masses.look(row);
+        }
+    }
+
+    /// The warnings for a run with the step `h`, in the words of the command line, with the names of the
+    /// coordinates: on its energy, on bodies that rotate too far, on coordinates that alternate, on
+    /// constraints that nearly depend on each other, and on inputs that are masses.
+    #[must_use]
+    pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 5] {
+        let [energy, turns, alternation, dependence] = self.observers.notes(names, method, h);
+        let masses = self.masses.as_ref().and_then(|masses| masses.note(names));
+        [energy, turns, alternation, dependence, masses]
+    }
+}
+
+impl Observers {
+    /// Looks at the next node.
+    #[inline]
+    fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
+        match self {
+            Self::Steps(steps) => steps.look(node, row),
+            Self::Tolerance {
                 conserved,
                 dependence,
                 ..
             } => {
                 if let Some(conserved) = conserved {
-                    conserved.look(node, &row);
+                    conserved.look(node, row);
                 }
                 if let Some(dependence) = dependence {
-                    dependence.look(node.index, &row);
+                    dependence.look(node.index, row);
                 }
             }
         }
     }
 
-    /// The warnings for a run with the step `h`, in the words of the command line, with the names of the
-    /// coordinates: on its energy, on bodies that rotate too far, on coordinates that alternate, and on
-    /// constraints that nearly depend on each other.
-    #[must_use]
-    pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
-        match &self.0 {
-            Observers::Steps(steps) => steps.notes(names, method, h),
-            Observers::Tolerance {
+    /// The first four of [`Warnings::notes`].
+    fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
+        match self {
+            Self::Steps(steps) => steps.notes(names, method, h),
+            Self::Tolerance {
                 tolerance,
                 conserved,
                 dependence,

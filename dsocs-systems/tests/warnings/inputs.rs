@@ -164,3 +164,86 @@ fn errors_are_estimated_beyond_a_stop_at_a_node_of_an_input() {
         );
     }
 }
+
+/// A drone that drops its load, with a thrust.
+const DRONE: &str = "parameters { mass = 2.0, thrust = 0.0 } coordinates(z); lagrangian = mass / 2 * dot(z).powi(2) - mass * 9.81 * z; \
+    external_forces = thrust; run { start = ([10], [3]); step = 0.01; until = 1; }";
+
+/// An arm that is drawn in: its inertia depends on a parameter, and its momentum on a coordinate that is zero at first.
+const ARM: &str = "parameters { reach = 1.0 } coordinates(x, th); lagrangian = (dot(x).powi(2) + (1 + reach.powi(2)) * dot(th).powi(2)) / 2 \
+    + reach * x * dot(x) * dot(th); external_forces = (0, -0.1 * dot(th)); run { start = ([0, 0], [0.3, 1]); step = 0.01; until = 1; }";
+
+#[test]
+fn a_velocity_that_jumps_with_a_mass_is_no_step_that_is_too_long() {
+    for (text, input, plan, jump) in [
+        (DRONE, "mass", "0,2\n0.5,1\n", "from 2 to 1 at t = 0.5"),
+        (DRONE, "mass", "0.5,8\n", "from 2 to 8 at t = 0.5"),
+        (ARM, "reach", "0.5,0.2\n", "from 1 to 0.2 at t = 0.5"),
+    ] {
+        for method in [["--order", "2"], ["--order", "4"], ["--tolerance", "1e-10"]] {
+            let option = format!("{input}=plan.csv");
+            let arguments = [&["--input", &option, "--columns", "t"], &method[..]].concat();
+            let (succeeds, [_, warnings]) =
+                attempt_with(&[("plan.csv", plan.to_owned())], text, "run", &arguments);
+            assert!(succeeds, "{warnings}");
+            let said = format!("the input `{input}` changes {jump}, and the momenta depend on it");
+            assert!(
+                warnings.lines().count() == 1
+                    && warnings.contains(&said)
+                    && warnings.contains("keeps the momentum"),
+                "{method:?}: {warnings}"
+            );
+        }
+    }
+    // from 3 − 9.81 · 0.5 the velocity becomes twice as large
+    let (_, [_, warnings]) = attempt_with(
+        &[("plan.csv", "0.5,1\n".to_owned())],
+        DRONE,
+        "run",
+        &["--input", "mass=plan.csv"],
+    );
+    assert!(
+        warnings.contains("of `z` jumps there from -1.9050 to -3.8100"),
+        "{warnings}"
+    );
+}
+
+#[test]
+fn an_input_on_which_no_momentum_depends_is_not_told() {
+    // a force; a mass at rest; the steering of a car, by whose change the constraint gives an impulse
+    let rest = "parameters { mass = 2.0 } coordinates(x); lagrangian = mass / 2 * dot(x).powi(2); external_forces = (t - 0.7).max(0); \
+        run { start = ([0], [0]); step = 0.01; until = 1; }";
+    let car = "parameters { steer = 0.2 } coordinates(x, y, theta); lagrangian = 40 * (dot(x).powi(2) + dot(y).powi(2)) + 5 * dot(theta).powi(2); \
+        nonholonomic = [dot(x) * theta.sin() - dot(y) * theta.cos(), dot(theta) * steer.cos() - (dot(x) * theta.cos() + dot(y) * theta.sin()) * steer.sin()]; \
+        external_forces = (-1e-3 * dot(x), 0, 0); run { start = ([0, 0, 0], [1, 0, 0.2027]); project = true; step = 0.01; until = 1; }";
+    for (text, input, value) in [
+        (DRONE, "thrust", "5"),
+        (rest, "mass", "1"),
+        (car, "steer", "-1.2"),
+    ] {
+        for method in [["--order", "2"], ["--order", "4"], ["--tolerance", "1e-10"]] {
+            let option = format!("{input}=plan.csv");
+            let arguments = [&["--input", &option], &method[..]].concat();
+            let plan = format!("0.5,{value}\n");
+            // compositions have no constraints of velocities
+            if input == "steer" && method[1] == "4" {
+                continue;
+            }
+            let (succeeds, [_, warnings]) = attempt_with(&[("plan.csv", plan)], text, "run", &arguments);
+            assert!(succeeds && warnings.is_empty(), "{input} {method:?}: {warnings}");
+        }
+    }
+}
+
+#[test]
+fn a_stiff_contact_is_told_beside_a_mass_that_changes() {
+    let text = "parameters { mass = 1.0 } coordinates(x); lagrangian = mass * dot(x).powi(2) / 2 - 9.81 * mass * x; external_forces = 1e6 * (-x).max(0); \
+        run { start = ([1], [0]); step = 0.01; until = 1; }";
+    let plan = "0.2,1.5\n0.44,1.6\n0.45,1.7\n0.46,1.8\n".to_owned();
+    let (_, [_, warnings]) = attempt_with(&[("plan.csv", plan)], text, "run", &["--input", "mass=plan.csv"]);
+    let told = ["a force changes there too fast", "the energy grows"];
+    assert!(
+        told.iter().any(|told| warnings.contains(told)) && warnings.contains("the momenta depend on it"),
+        "{warnings}"
+    );
+}

@@ -54,6 +54,16 @@ declared! {
     variational = [(dot(x), dot(y))];
 }
 
+declared! {
+    /// A mass beside a pendulum with a motor, whose energy falls in proportion to itself, or with the power of the motor.
+    struct Falling { own: f64, power: f64 }
+    coordinates(x, theta);
+    lagrangian = (dot(x).powi(2) + dot(theta).powi(2)) / 2 + theta.cos();
+    let energy = (dot(x).powi(2) + dot(theta).powi(2)) / 2 + 1 - theta.cos();
+    kinematic = dot(energy) + own * energy + power * dot(theta).powi(2);
+    constraint_forces = [(0, 1)];
+}
+
 /// The message of a second-order start that is refused.
 fn refused<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> (SetupError, String) {
     let error = Flow::new(system, 0.1, Start::second_order(q0, v0))
@@ -130,6 +140,76 @@ fn a_constraint_without_a_derivative_is_named() {
         "{message}"
     );
     assert!(message.contains("derivatives are zero"), "{message}");
+}
+
+/// Where the force has no power, a rate of decrease that is not zero is no factor: the two are told apart by what is left of the row.
+#[test]
+fn a_row_that_no_acceleration_meets_is_no_factor() {
+    let (own, with_power) = (Falling { own: 1.0, power: 0.0 }, Falling { own: 0.0, power: 1.0 });
+    // at rest, and where the mass moves alone
+    for v0 in [[0.0, 0.0], [0.3, 0.0]] {
+        let (error, message) = refused(&own, [0.0, 1.0], v0);
+        assert!(
+            matches!(&error, SetupError::Acceleration { deficiency: Some(deficiency), .. } if deficiency.unmet),
+            "{error:?}"
+        );
+        assert!(message.contains("no acceleration meets"), "{message}");
+        assert!(message.contains("start with another velocity"), "{message}");
+        assert!(!message.contains("divide"), "{message}");
+    }
+    // as it advises
+    Flow::new(&own, 0.1, Start::second_order([0.0, 1.0], [0.0, 0.4])).unwrap();
+    for (v0, is_factor) in [([0.0, 0.0], true), ([0.3, 0.0], false)] {
+        let (_, message) = refused(&with_power, [0.0, 1.0], v0);
+        assert!(!message.contains("no acceleration meets"), "{message}");
+        assert_eq!(message.contains("divide it out"), is_factor, "{message}");
+    }
+    // in equilibrium the energy is zero, and so is the row
+    let (_, message) = refused(&own, [0.7, 0.0], [0.0, 0.0]);
+    assert!(message.contains("divide it out"), "{message}");
+}
+
+declared! {
+    /// A particle with a constraint between the sizes of two velocities, whose gradient vanishes at rest (Appell and Hamel), in a frame that moves along.
+    struct AppellHamel { drift: f64 }
+    coordinates(x, y, z);
+    let v = [dot(x) - drift, dot(y), dot(z)];
+    lagrangian = (v[0].powi(2) + v[1].powi(2) + v[2].powi(2)) / 2 - 0.981 * z - 0.3 * (x - drift * t) * y;
+    nonholonomic = v[0].powi(2) + v[1].powi(2) - v[2].powi(2) / 4;
+}
+
+declared! {
+    /// A particle whose speed in the plane is constant: its gradient vanishes at rest, where the row does not hold.
+    struct Speed;
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    nonholonomic = dot(x).powi(2) + dot(y).powi(2) - 1;
+}
+
+/// A smaller step does not help where the gradient of a constraint on velocities vanishes.
+#[test]
+fn a_constraint_on_velocities_without_a_gradient_is_named() {
+    for drift in [0.0, 0.7] {
+        for h in [0.01, 0.001] {
+            let start = Start::second_order([0.0, 0.0, 0.0], [0.3 + drift, 0.4, 1.0]);
+            let error = Flow::new(&AppellHamel { drift }, h, start)
+                .unwrap()
+                .until(3.0)
+                .unwrap_err()
+                .error;
+            let step = error.failed_step().unwrap();
+            assert_eq!(step.without_gradient, Some(DependentRow::Nonholonomic(0)));
+            let message = error.to_string();
+            assert!(
+                message.contains("nonholonomic constraint 1 has no gradient")
+                    && message.contains("a smaller h does not help"),
+                "{message}"
+            );
+            assert!(!message.contains("try a smaller h"), "{message}");
+        }
+    }
+    let mut flow = Flow::new(&Speed, 0.01, Start::second_order([0.0, 0.0], [1.0, 0.0])).unwrap();
+    flow.until(3.0).unwrap();
 }
 
 /// Where only the guess is singular, the message advises `Start::near_acceleration`.

@@ -7,7 +7,7 @@ use proc_macro2::Ident;
 
 use crate::mistakes::errors::{Errors, Reported};
 use crate::syntax::ast::{Declaration, Group, Let};
-use crate::syntax::input::Fields;
+use crate::syntax::input::{Fields, ParameterField};
 
 /// Words of the language, which cannot be defined anew, and their meanings.
 pub(crate) const RESERVED: [(&str, &str); 8] = [
@@ -61,23 +61,40 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
         .map(|name| (name, "a coordinate"));
     let coordinates = arrays.chain(coordinates);
     let elements = fields.elements();
-    let fields = fields.iter().map(|field| &field.ident).chain(&elements);
-    let fields = fields.map(|name| (name, "a parameter"));
-    for (name, kind) in lets(before).chain(coordinates).chain(lets(after)).chain(fields) {
+    let of_fields = fields.iter().map(|field| &field.ident).chain(&elements);
+    let of_fields = of_fields.map(|name| (name, "a parameter"));
+    for (name, kind) in lets(before)
+        .chain(coordinates)
+        .chain(lets(after))
+        .chain(of_fields)
+    {
         add(name, kind);
     }
-    if let Some(coordinates) = declaration.coordinates.given() {
-        for name in &coordinates.names {
-            // the mistake is reported; the declaration can be read all the same
-            let _ = check_column(name, name, &coordinates.names, errors);
+    let Some(coordinates) = declaration.coordinates.given() else {
+        return;
+    };
+    // the mistakes are reported; the declaration can be read all the same
+    for name in &coordinates.names {
+        let _ = check_column(name, name, &coordinates.names, errors);
+    }
+    let mut refused = None;
+    for ParameterField { name, ident, .. } in fields.parameters() {
+        // of an array that is refused, its elements are not named, too
+        if refused.as_ref() == Some(&ident) {
+            continue;
+        }
+        let checked = check_column(&ident, &ident, &coordinates.names, errors)
+            .and_then(|()| check_column(&name, &ident, &coordinates.names, errors));
+        if checked.is_err() {
+            refused = Some(ident);
         }
     }
 }
 
-/// Refuses the name of a coordinate or observable that another column of a run's table has. It is reported at
+/// Refuses the name of a coordinate, a parameter or an observable that another column of a run's results has. It is reported at
 /// `tokens`.
 pub(crate) fn check_column(
-    name: &Ident,
+    name: &impl ToString,
     tokens: &Ident,
     coordinates: &[Ident],
     errors: &Errors,
@@ -98,6 +115,7 @@ pub(crate) fn check_column(
         text if is_multiplier(text) => Some("a multiplier".to_owned()),
         _ => [
             ("v_", "the velocity"),
+            ("a_", "the acceleration"),
             ("force_", "the force"),
             ("error_", "the error"),
         ]
@@ -107,7 +125,7 @@ pub(crate) fn check_column(
     match what {
         Some(what) => Err(errors.at(
             tokens,
-            format!("in the table of a run `{text}` is the column of {what}; expected another name"),
+            format!("in the results of a run `{text}` is the column of {what}; expected another name"),
         )),
         None => Ok(()),
     }

@@ -352,6 +352,16 @@ fn columns_of_one_name_are_refused() {
             "lambda",
             "`lambda_0` is the column of a multiplier",
         ),
+        (
+            "coordinates(a_x, x); lagrangian = dot(x).powi(2) + dot(a_x).powi(2);",
+            "a_x",
+            "`a_x` is the column of the acceleration of `x`",
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2); let a_x = ddot(x); observe = [a_x];",
+            "a_x",
+            "the acceleration of `x`",
+        ),
     ] {
         let mistakes = read("body", declaration, &[]).map(drop).expect_err(declaration);
         let mistake = &mistakes[0];

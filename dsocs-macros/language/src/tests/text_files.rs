@@ -32,6 +32,114 @@ fn an_array_is_no_function() {
     );
 }
 
+/// The mistake of a text, with what it underlines.
+#[track_caller]
+fn underlined(text: &str, constants: &[(String, f64)], at: &str, message: &str) {
+    let mistakes = read("swing", text, constants).map(drop).expect_err(text);
+    let [mistake] = &mistakes[..] else {
+        panic!("{text}: {mistakes:?}")
+    };
+    assert!(mistake.message.contains(message), "{text}: {mistakes:?}");
+    let line = text.lines().nth(mistake.line - 1).unwrap();
+    let found = line.get(mistake.column - 1..mistake.end_column - 1);
+    assert_eq!(
+        (mistake.line, found),
+        (mistake.end_line, Some(at)),
+        "{text}: {mistakes:?}"
+    );
+}
+
+#[test]
+fn parameters_have_no_name_of_a_column() {
+    for (parameters, coordinates, at, message) in [
+        (
+            "v_x = 1",
+            "x",
+            "v_x",
+            "`v_x` is the column of the velocity of `x`",
+        ),
+        (
+            "a_x = 1",
+            "x",
+            "a_x",
+            "`a_x` is the column of the acceleration of `x`",
+        ),
+        ("m = 1, force_y = 1", "x, y", "force_y", "the force of `y`"),
+        ("error_x = 1", "x", "error_x", "the error of `x`"),
+        ("energy = 1", "x", "energy", "the energy"),
+        ("lambda_0 = 1", "x", "lambda_0", "a multiplier"),
+        // elements of arrays, told once
+        (
+            "lambda = [1, 2]",
+            "x",
+            "lambda",
+            "`lambda_0` is the column of a multiplier",
+        ),
+        (
+            "v_x = [1, 2]",
+            "x: [2]",
+            "v_x",
+            "`v_x_0` is the column of the velocity of `x_0`",
+        ),
+        (
+            "v_r = [1, 2]",
+            "r_1",
+            "v_r",
+            "`v_r_1` is the column of the velocity of `r_1`",
+        ),
+        // of another coordinate, or none
+        ("v_y = 1, a = 2, v = 3, lambda = 4, force = 5", "x", "", ""),
+    ] {
+        let mass = if coordinates.contains('[') {
+            "x[0]"
+        } else {
+            coordinates.split(',').next().unwrap()
+        };
+        let text = format!(
+            "parameters {{ {parameters} }}\ncoordinates({coordinates});\nlagrangian = dot({mass}).powi(2);"
+        );
+        if message.is_empty() {
+            assert!(read("swing", &text, &[]).is_ok());
+        } else {
+            underlined(&text, &[], at, message);
+        }
+    }
+}
+
+#[test]
+fn unknown_constants_are_shown_where_they_are() {
+    let rest = "coordinates(x: [n]);\nlagrangian = sum(0..n, |i| dot(x[i]).powi(2));";
+    for (constant, at, message) in [
+        (
+            "const n = k + 1;",
+            "k",
+            "no constant `k` is declared before this one",
+        ),
+        (
+            "const number = 2;\nconst n = 2 * (nunber + 1);",
+            "nunber",
+            "did you mean `number`?",
+        ),
+        ("const n = 2 % 3;", "2 % 3", "expected a number, `const n = 3;`"),
+    ] {
+        underlined(&format!("{constant}\n{rest}"), &[], at, message);
+    }
+    // given from outside
+    let given = [("m".to_owned(), 2.0)];
+    underlined(
+        &format!("const n = 3;\n{rest}"),
+        &given,
+        "n",
+        "no constant of the text is called `m`; these are `n`",
+    );
+    underlined(
+        "//! A mass.\ncoordinates(x); lagrangian = dot(x).powi(2);\n",
+        &given,
+        "coordinates",
+        "no constant of the text is called `m`; it has none",
+    );
+}
+
 #[test]
 fn messages_are_for_people_who_know_no_rust() {
     for (lagrangian, run, part) in [
@@ -208,7 +316,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("const t = 2; parameters { length = 1 }", "1:7", "`t` is time"),
     (
         "const n = x; parameters { length = 1 }",
-        "1:7",
+        "1:11",
         "expected a number",
     ),
     (

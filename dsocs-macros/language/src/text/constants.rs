@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use proc_macro2::{Group, Ident, Literal, Punct, Spacing, TokenStream, TokenTree};
+use quote::ToTokens as _;
 use syn::{Expr, Lit, UnOp};
 
 use super::split::Parts;
@@ -20,16 +21,32 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
         if let Some((_, meaning)) = meaning {
             errors.at(name, format!("`{text}` is {meaning}; expected another name"));
         }
-        let own = number(&replaced(tokens.clone(), &values, &mut Vec::new()));
+        let tokens = replaced(tokens.clone(), &values, &mut Vec::new());
+        let own = number(&tokens);
         let value = given
             .iter()
             .find(|(known, _)| *known == text)
             .map(|(_, value)| *value)
             .or(own);
         if own.is_none() {
-            errors.at(name, format!("expected a number, `const {text} = 3;`"));
+            match first_name(&tokens) {
+                Some(unknown) => {
+                    let hint = did_you_mean(&unknown.to_string(), values.keys().map(String::as_str));
+                    let message = format!(
+                        "no constant `{unknown}` is declared before this one{hint}; expected a number, `const {text} = 3;`"
+                    );
+                    errors.at(unknown, message);
+                }
+                None if tokens.is_empty() => {
+                    errors.at(name, format!("expected a number, `const {text} = 3;`"));
+                }
+                None => {
+                    errors.at(&tokens, format!("expected a number, `const {text} = 3;`"));
+                }
+            }
         }
-        if values.insert(text.clone(), value.unwrap_or(f64::NAN)).is_some() {
+        // the mistake is reported; a whole number in its place brings no others
+        if values.insert(text.clone(), value.unwrap_or(1.0)).is_some() {
             errors.at(
                 name,
                 format!("the constant `{text}` is declared a second time here"),
@@ -38,10 +55,27 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
     }
     for (name, _) in given {
         if !values.contains_key(name) {
+            // a value from outside has no place of its own: it is shown where the constants of the text are
             let hint = did_you_mean(name, values.keys().map(String::as_str));
+            let place = match parts.constants.first() {
+                Some((first, _)) => first.to_token_stream(),
+                None => parts.declaration.clone().into_iter().take(1).collect(),
+            };
+            let known = match parts.constants.len() {
+                0 => "; it has none, `const n = 3;`".to_owned(),
+                _ if hint.is_empty() => {
+                    let names: Vec<String> = parts
+                        .constants
+                        .iter()
+                        .map(|(name, _)| format!("`{name}`"))
+                        .collect();
+                    format!("; these are {}", names.join(", "))
+                }
+                _ => hint,
+            };
             errors.at(
-                TokenStream::new(),
-                format!("no constant of the text is called `{name}`{hint}"),
+                place,
+                format!("no constant of the text is called `{name}`{known}"),
             );
         }
     }
@@ -67,6 +101,15 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
         );
     }
     parts
+}
+
+/// The first name in tokens.
+fn first_name(tokens: &TokenStream) -> Option<Ident> {
+    tokens.clone().into_iter().find_map(|tree| match tree {
+        TokenTree::Ident(name) => Some(name),
+        TokenTree::Group(group) => first_name(&group.stream()),
+        _ => None,
+    })
 }
 
 /// A group with its tokens replaced.

@@ -216,3 +216,29 @@ fn nearest_names() {
     one_on(&of("leng"), item, "leng", "expected a coordinate");
     one_on(&of("k"), item, "k", "expected a coordinate");
 }
+
+#[test]
+fn a_field_has_no_name_of_a_column() {
+    let declaration = "coordinates(x); lagrangian = dot(x).powi(2);";
+    for (item, place, message) in [
+        (
+            "struct S { mass: f64, v_x: f64 }",
+            "v_x",
+            "`v_x` is the column of the velocity of `x`",
+        ),
+        (
+            "struct S { a_x: f64 }",
+            "a_x",
+            "`a_x` is the column of the acceleration of `x`",
+        ),
+        (
+            "struct S { lambda: [f64; 2] }",
+            "lambda",
+            "`lambda_0` is the column of a multiplier",
+        ),
+    ] {
+        one_on(declaration, item, place, message);
+    }
+    // what is no number has no column
+    assert!(mistakes_on(declaration, "struct S { energy: String, force_x: Samples }").is_empty());
+}

@@ -33,7 +33,7 @@ impl RunObservers {
     pub(super) fn of(plan: &Plan, shape: &Shape) -> Self {
         let mut warnings = Warnings::of(plan.method, shape);
         if !plan.inputs.is_empty() {
-            warnings.drive();
+            warnings.drive(&[]);
         }
         Self {
             irregular_nodes: IrregularNodes::default(),
