@@ -1,7 +1,7 @@
 //! Steps that were too long for jumps or steep changes.
 
 /// The steps of a run that were too long for jumps or steep changes in them. Each reduces the order of the
-/// run to 1.
+/// run, to 1 at a jump.
 ///
 /// - The arguments of piecewise functions (a `signum`, a comparison, an absolute value), and divisors, are watched on the
 ///   path of each step; so are the rates of the arguments of `sqrt`, `asin` and `acos`, and the ordinates of `atan2`, which
@@ -10,6 +10,9 @@
 ///   itself within a sixteenth of the path, the step is counted; a corner does not lower the order, and is not counted.
 ///   [`Unresolved::largest`] is infinite if the acceleration grows without bound, as at a pole, or if the velocity has to
 ///   jump, as at a step of the potential: there the motion ends, or depends on the places of the nodes.
+/// - Where a root is zero, as that of an absolute value, or a power below 1, the acceleration does not jump, but its rate has
+///   no bound: the error of the motion is of the order `1 + p` at a power `p`. The step is counted if the acceleration changes by more than a
+///   thousandth of itself within a quarter of the path.
 /// - Functions that are only steep, and the user's functions, are examined in steps that differ from their prediction. If an
 ///   external force deviates there from the straight line between its values on the two legs by more than a tenth of the
 ///   change of the momentum over the step, or of the force if that is larger, the step is counted. It is not counted if the

@@ -43,6 +43,17 @@ const GROWS_SLOWLY: f64 = 2.0;
 const CLOSE: f64 = 1.0 / 32.0;
 const MOST: f64 = 0.5;
 
+/// Distances from a place at which the change of an acceleration shows a root: from each of them to the next it grows by a power of the distance
+/// below [`ROOT`]. That of a smooth function, and beside a corner, is 1.
+const TOWARDS: [f64; 3] = [1e-7, 1e-5, 1e-3];
+const ROOT: f64 = 0.95;
+
+/// The rate of a slip that crosses zero changes by less than the rest of this part where the force is a root of the slip.
+const CROSSES: f64 = 0.8;
+
+/// A change shows a power if it is as many times its rounding.
+const CLEAR: f64 = 8.0;
+
 /// The path is followed at least this far to both sides of such a place: there a force that grows linearly from it is eight times as large.
 const BESIDE: f64 = 0.25;
 
@@ -236,7 +247,7 @@ impl StepPath<'_> {
         let jump = self.jump_between(switch, parts);
         if jump.is_finite() {
             return if jump <= jumps::REPORTED {
-                self.near_jump(parts)
+                self.near_jump(parts).max(self.root_at(switch, parts))
             } else {
                 jump
             };
@@ -280,6 +291,41 @@ impl StepPath<'_> {
         let apart = here.a.zip(&middle, |here, middle| here - middle);
         let change = largest(&across).max(here.largest(&apart));
         if change > MOST * size { change / size } else { 0.0 }
+    }
+
+    /// The relative change of the acceleration beside a place where its rate has no bound, as that of a root where it is zero; 0 elsewhere. On all
+    /// scales it changes there by a power of the distance below one.
+    fn root_at(&self, switch: usize, [before, after]: [f64; 2]) -> f64 {
+        if self.pieces.contains(&Piece::Between) {
+            return 0.0;
+        }
+        let root = |from: f64, direction: f64| {
+            let at = |distance: f64| self.acceleration(from + direction * distance);
+            let (here, beside) = (at(0.0)?, at(BESIDE)?);
+            let change = |to: &Acceleration| largest(&to.a.zip(&here.a, |to, here| to - here));
+            let [Some(first), Some(second), Some(third)] = TOWARDS.map(at) else {
+                return None;
+            };
+            // a slip that a root itself leads to zero comes to rest there, without a loss of order
+            let rates = [&first, &third].map(|at| at.rates.get(switch).copied());
+            if let [Some(near), Some(far)] = rates
+                && near.abs() < CROSSES * far.abs()
+            {
+                return None;
+            }
+            let changes = [&first, &second, &third].map(change);
+            let noise =
+                (0..here.a.len()).fold(0.0_f64, |most, i| most.max(here.error(i).max(first.error(i))));
+            let is_root = changes[0] > CLEAR * noise
+                && changes.windows(2).zip(TOWARDS.windows(2)).all(|(change, at)| {
+                    let grows = (change[1] / change[0]).ln() / (at[1] / at[0]).ln();
+                    (0.0..ROOT).contains(&grows)
+                });
+            let size = largest(&here.a).max(largest(&beside.a));
+            Some(if is_root { change(&beside) / size } else { 0.0 })
+        };
+        let both = [root(before, -1.0), root(after, 1.0)];
+        both.into_iter().flatten().fold(0.0, f64::max)
     }
 
     /// Whether the accelerations at two places about a third one are not much larger than farther away.

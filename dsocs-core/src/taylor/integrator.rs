@@ -421,7 +421,9 @@ impl Integrator {
         }
         let mut wanted = self.length(equations, &sizes);
         let mut is_rough = false;
-        if (self.is_new || (wanted < smallest && Self::is_at_switch(equations, smallest)))
+        // false also for a NaN
+        let is_long_enough = wanted >= smallest;
+        if (self.is_new || (!is_long_enough && Self::is_at_switch(equations, smallest)))
             && let Some(length) = self.begin_roughly(wanted, smallest)
         {
             (wanted, is_rough) = (length, true);

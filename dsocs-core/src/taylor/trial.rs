@@ -4,6 +4,7 @@ use super::control::{Assessment, Sizes};
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use super::watch::End;
+use crate::series::rows::Series;
 
 /// The order of a step at a point where the higher derivatives do not exist or are rounding, as at the zero of a power. It is used if the
 /// step would be shorter than the part [`LOST`] of the last one.
@@ -59,15 +60,23 @@ impl Trial {
 impl Integrator {
     /// If a new series is useful only to its first orders, continues with these; returns the length of the
     /// step. A function has few derivatives there, as a power at its zero, and the higher ones do not exist
-    /// or are rounding.
+    /// or are rounding. Where a root is zero there is an acceleration alone: a step as short as rounding leads beyond, if anything moves.
     #[cold]
     pub(super) fn begin_roughly(&mut self, wanted: f64, smallest: f64) -> Option<f64> {
         // several events may have come at once
         let last = self.last.map(|(_, h)| h.abs().max(smallest / LOST));
-        if wanted > LOST * last.unwrap_or(0.0) || self.series.in_range_to() < ROUGH {
+        if wanted > LOST * last.unwrap_or(0.0) || !self.may_begin_with(&self.series) {
             return None;
         }
         self.series.set_order(ROUGH);
+        if self.series.in_range_to() < ROUGH {
+            let n = self.series.dimension();
+            // positions are known to one order more
+            for (table, known) in self.series.tables_mut().into_iter().zip([ROUGH + 1, ROUGH]) {
+                table[known * n..].fill(0.0);
+            }
+            return Some(smallest.max(f64::EPSILON * f64::EPSILON));
+        }
         Some(last.unwrap_or(f64::INFINITY))
     }
 
@@ -88,7 +97,14 @@ impl Integrator {
 
     /// Whether the series at a start has enough orders for such a step.
     pub(super) fn may_begin_roughly(&self) -> bool {
-        self.next.in_range_to() >= ROUGH
+        self.may_begin_with(&self.next)
+    }
+
+    /// Whether a series has enough orders to begin with: at a root that vanishes, as long as something moves away from there.
+    fn may_begin_with(&self, series: &Series) -> bool {
+        let known = series.in_range_to();
+        let moves = |k: usize| series.velocity_of(k).iter().any(|x| *x != 0.0);
+        known >= ROUGH || (known + 1 == ROUGH && self.watch.is_some() && (moves(0) || moves(1)))
     }
 
     /// The order up to which the next series shows where an argument leads in a time `tau`.

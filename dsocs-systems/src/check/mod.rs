@@ -230,8 +230,8 @@ fn excuse(doubtful: DoubtfulSteps, held: usize, steps: usize) -> Option<String> 
         return None;
     }
     Some(format!(
-        "not required here: the theorem is about functions that are smooth along the motion, and in {} of its {steps} steps one jumps or holds \
-         something at rest, which lowers the order to 1 and forgets where the motion came from; to see it required, end before ({}), or declare a \
+        "not required here: the theorem is about functions that are smooth along the motion, and in {} of its {steps} steps one jumps, has no bound on \
+         its rate, as a root at its zero, or holds something at rest, which lowers the order, to 1 at a jump, and forgets where the motion came from; to see it required, end before ({}), or declare a \
          function that changes smoothly, as `tanh`",
         larger(held as f64, jumps as f64),
         "`--until`"
@@ -428,7 +428,7 @@ fn window(motion: &CheckedMotion<'_>, report: &mut Report) {
         );
         if let Some(Unresolved { first, .. }) = motion.doubtful.unresolved {
             report.note(&format!(
-                "a force or a constraint jumps, or nearly so, within a step, first about t = {}: such steps lower the order to 1; take a smaller step, or a smoother function",
+                "a force or a constraint jumps, or nearly so, within a step, first about t = {}: such steps lower the order, to 1 at a jump, and to between 1 and 2 where a root is zero, whose rate has no bound there; take a smaller step, or a smoother function",
                 written_time(first)
             ));
         }

@@ -135,6 +135,28 @@ fn an_order_that_scatters_over_corners_is_open_and_says_why() {
     assert!(!right && table.contains("FAILED"), "{table}");
 }
 
+/// The force is continuous, but its rate has no bound where the motion passes its zero: the order is between 1 and 2, and the reason is named.
+#[test]
+fn a_root_that_passes_its_zero_is_no_failure() {
+    for power in [0.05, 0.1, 0.3, 0.5, 0.8] {
+        for force in [
+            format!("-x.abs().powf({power:?}) * x.signum()"),
+            format!("-2 * x.signum() * x.abs().powf({power:?}) - 0.1 * dot(x)"),
+            format!("-x + 0.4 * x.abs().powf({power:?})"),
+            format!("-x - 0.3 * dot(x).abs().powf({power:?}) * dot(x).signum()"),
+        ] {
+            let text = format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force}; run {{ start = ([1], [0.1]); step = 0.01; until = 6; }}"
+            );
+            let table = passes(&text, &[]);
+            assert!(
+                !table.contains("not required") || table.contains("no bound on its rate"),
+                "{force}: {table}"
+            );
+        }
+    }
+}
+
 /// A motion that begins at rest, with tiny first legs, passes the comparison of its tangent map with
 /// difference quotients.
 #[test]

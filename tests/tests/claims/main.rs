@@ -33,6 +33,7 @@ mod garbage;
 mod geometry;
 mod global_error;
 mod hidden_corners;
+mod infinite_rates;
 mod input_rates;
 mod inputs;
 mod jacobians;

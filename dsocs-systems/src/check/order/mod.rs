@@ -209,7 +209,12 @@ pub fn excuse(motion: &CheckedMotion<'_>, distance: f64, allowed: f64, report: &
     let Some(last) = report.findings.last_mut().filter(|last| !last.holds()) else {
         return;
     };
-    let corners = motion.corners();
+    // a jump, or a root at its zero, lowers the order more, and is the reason
+    let corners = if motion.excuse().is_some() {
+        0
+    } else {
+        motion.corners()
+    };
     if corners > 0 && distance < allowed {
         let what = if allowed > SCATTER && allowed.is_finite() {
             "at a node beside it, where the acceleration jumps and, with the corner of a constraint, the force, the error is of a lower order".to_owned()

@@ -72,6 +72,10 @@ pub(crate) fn switches(model: &Model) -> Switches {
             // at a zero of the base a power is not smooth, and a logarithm is infinite
             Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
                 let mut found = vanishing_factors(&graph, base);
+                if matches!(graph.node(id), Node::Unary(Unary::Cbrt, _)) {
+                    // it goes on beyond its zero, where its rate has no bound
+                    found.push(base);
+                }
                 if graph.is_several_squares(base) {
                     // it keeps its sign where it touches zero, as where a motion goes through the centre
                     if !graph.is_softened_sum(base) && !divisors.contains(&base) {

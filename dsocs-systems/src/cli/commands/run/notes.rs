@@ -124,7 +124,7 @@ pub(super) fn jump_warning(
     };
     format!(
         "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first}: there the motion has an error of the first \
-         order in the step{at_best} ({goes_on})"
+         order in the step{at_best}; where a root is zero, its rate has no bound, and the order is between 1 and 2 ({goes_on})"
     )
 }
 
