@@ -53,6 +53,9 @@ const BESIDE: f64 = 1e-13;
 /// Largest deviation of a resting argument from zero at the end of a step, in tolerances of the velocity.
 const LEFT: f64 = 10.0;
 
+/// A velocity is corrected by no more than this part of its size, or what the tolerance allows.
+const UNKNOWN: f64 = 1e-6;
+
 /// An argument that will be zero within this part of the motion's time scale counts as zero.
 const ARRIVES: f64 = 1e-9;
 
@@ -142,6 +145,12 @@ impl Integrator {
         let Some(now) = point.held(&found.pieces, &guess).filter(|held| !held.leaves) else {
             return false;
         };
+        // an argument whose rate by the velocity vanishes, too, holds nothing
+        let largest = |x: &[f64]| x.iter().fold(0.0, |most, x| larger(most, x.abs()));
+        let known_to = larger(LEFT * self.control.relative(), UNKNOWN);
+        if largest(&now.correction) > known_to * (largest(self.now.v()) + tau.abs() * largest(&a)) {
+            return false;
+        }
         let forks = point.forks(&zero, multipliers, tau);
         // the last step may have been short only because the slip was small
         let step = self.scale_of_series().unwrap_or(f64::INFINITY);

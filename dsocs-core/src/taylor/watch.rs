@@ -26,6 +26,10 @@ pub(super) const AT_ONCE: u32 = 64;
 /// Number of times that a motion is moved on from several switches at one place, twice as far each time.
 const CLEARINGS: u32 = 12;
 
+/// An argument that takes more than this part of the step to come to the sign of its piece is not kept from it by rounding: it stays at zero, as along
+/// the curve on which a control switches.
+const CLEARS: f64 = 1e-8;
+
 /// Largest number of evaluations to locate a switch.
 const EVALUATIONS: u32 = 200;
 
@@ -404,7 +408,10 @@ impl Integrator {
             let mut missing = 0.0_f64;
             for touched in touched.iter().filter(|touched| touched.leads == -touched.side) {
                 if let Some(switch) = equations.group(touched.group).get(touched.place) {
-                    missing = missing.max(switch.missing());
+                    let takes = switch.missing();
+                    if takes <= CLEARS * h.abs() {
+                        missing = missing.max(takes);
+                    }
                 }
             }
             if missing == 0.0 || !missing.is_finite() {

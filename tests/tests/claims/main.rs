@@ -70,6 +70,7 @@ mod run;
 mod scenes;
 mod scenes_table;
 mod scenes_written;
+mod shortest_time;
 mod signs_written;
 mod singular_laws;
 mod singular_nodes;
