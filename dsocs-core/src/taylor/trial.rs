@@ -104,7 +104,8 @@ impl Integrator {
     fn may_begin_with(&self, series: &Series) -> bool {
         let known = series.in_range_to();
         let moves = |k: usize| series.velocity_of(k).iter().any(|x| *x != 0.0);
-        known >= ROUGH || (known + 1 == ROUGH && self.watch.is_some() && (moves(0) || moves(1)))
+        let is_at_zero = || self.watch.as_ref().is_some_and(|watch| watch.touches());
+        known >= ROUGH || (known + 1 == ROUGH && is_at_zero() && (moves(0) || moves(1)))
     }
 
     /// The order up to which the next series shows where an argument leads in a time `tau`.

@@ -84,6 +84,11 @@ impl Watch {
         &mut self.crossings
     }
 
+    /// Whether an argument was zero where the motion began, or at its last event.
+    pub(super) fn touches(&self) -> bool {
+        !self.touched.is_empty()
+    }
+
     /// The state for a system; `None` if it has no switches.
     pub(super) fn new(equations: &dyn SeriesKernel, t: f64) -> Option<Box<Self>> {
         (equations.groups() > 0).then(|| {
