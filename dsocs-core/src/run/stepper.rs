@@ -278,6 +278,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
             for (&t, &[q, v, a]) in times.iter().zip(points) {
                 observer(t, &Point { t, q, v, a });
             }
+            ControlFlow::Continue(())
         })
     }
 
