@@ -88,6 +88,11 @@ pub trait Run {
         Vec::new()
     }
 
+    /// Whether velocities and accelerations of nodes are differences of their positions, and so differ from those of the motion through these.
+    fn has_differences(&self) -> bool {
+        false
+    }
+
     /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
     /// run goes: a method that chooses its steps does not go beyond it, other methods ignore it.
     ///
@@ -206,8 +211,13 @@ pub trait Run {
         let rests = self.resting();
         let declaration = Declaration::of(self.kernel()).with(self.values());
         let rotations = &self.kernel().shape().rotations;
-        let mut polynomial =
-            AnyPolynomial::through(rotations, [&before.any(), &after.any()], &mut room.series);
+        let differences = self.has_differences();
+        let mut polynomial = AnyPolynomial::through(
+            rotations,
+            differences,
+            [&before.any(), &after.any()],
+            &mut room.series,
+        );
         polynomial.resting = [&rested, &rests];
         Ok(match visit(&declaration, &polynomial)? {
             Some(_) => StepEnd::BeyondStop,
