@@ -156,7 +156,8 @@ impl<'e> AnyEvent<'e> {
 
 /// A change of sign of a function `g(q, v, a)` along the motion, for every method ([`crate::Stepper::watch`]).
 ///
-/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found.
+/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found. A function with corners or
+/// jumps is searched piece by piece, and a jump through zero is a change of sign.
 pub struct Event<'e, const N: usize>(AnyEvent<'e>);
 
 impl<const N: usize> core::fmt::Debug for Event<'_, N> {
