@@ -191,7 +191,7 @@ pub use run::{
     AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Clock, CsvWriter,
     End, Event, Events, FailedEvent, Failure, InputError, Inputs, LastLeg, NearlySingular, Node,
     NotReversible, Observer, ObserverResult, Occurrence, OnEvent, OwnedNode, Polynomial, Run, RunError,
-    StepEnd, Stepper, TimeBehind, Trajectory, Unresolved, Visitor, Workspace, on_event,
+    SampleObserver, StepEnd, Stepper, TimeBehind, Trajectory, Unresolved, Visitor, Workspace, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};

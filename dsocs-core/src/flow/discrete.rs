@@ -626,6 +626,10 @@ impl Run for Discrete<'_> {
         self.resting_arguments()
     }
 
+    fn has_differences(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
         self.steps(1)?;

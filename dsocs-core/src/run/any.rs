@@ -1,5 +1,7 @@
 //! A run of any method and any number of coordinates.
 
+use core::ops::ControlFlow;
+
 use super::{AnyPolynomial, Clock, End, InputError, Node, NotReversible, OwnedNode, RunError};
 use super::{NearlySingular, Unresolved};
 use crate::kernel::Kernel;
@@ -12,6 +14,10 @@ use crate::tape::declaration::Declaration;
 /// return a time at which the method is to stop, counted from the point of expansion of the polynomial.
 pub type AnyVisitor<'v> =
     dyn FnMut(&Declaration<'_>, &AnyPolynomial<'_>) -> Result<Option<f64>, RunError> + 'v;
+
+/// Receives the motion at several times together, and for each of them position, velocity and acceleration, one after the other; it may end
+/// the run.
+pub type SampleObserver<'o> = dyn FnMut(&[f64], &[f64]) -> ControlFlow<()> + 'o;
 
 /// The end of a step that was shown to a visitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +86,11 @@ pub trait Run {
     /// from the current node. Empty if none does, or if nodes are at rest exactly.
     fn resting(&self) -> Vec<bool> {
         Vec::new()
+    }
+
+    /// Whether velocities and accelerations of nodes are differences of their positions, and so differ from those of the motion through these.
+    fn has_differences(&self) -> bool {
+        false
     }
 
     /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
@@ -200,8 +211,13 @@ pub trait Run {
         let rests = self.resting();
         let declaration = Declaration::of(self.kernel()).with(self.values());
         let rotations = &self.kernel().shape().rotations;
-        let mut polynomial =
-            AnyPolynomial::through(rotations, [&before.any(), &after.any()], &mut room.series);
+        let differences = self.has_differences();
+        let mut polynomial = AnyPolynomial::through(
+            rotations,
+            differences,
+            [&before.any(), &after.any()],
+            &mut room.series,
+        );
         polynomial.resting = [&rested, &rests];
         Ok(match visit(&declaration, &polynomial)? {
             Some(_) => StepEnd::BeyondStop,
@@ -211,17 +227,12 @@ pub trait Run {
 
     /// Hands out the motion at some times, which are in the order of the run, none of them before the current
     /// node, if the method has a faster way than [`Run::trace`]. `false` if it has none; then nothing has
-    /// happened. The observer receives several times together, and for each of them position, velocity and
-    /// acceleration, one after the other.
+    /// happened. If the observer breaks, the run ends at a node soon after.
     ///
     /// # Errors
     ///
     /// The errors of [`Run::step`].
-    fn sample_at_once(
-        &mut self,
-        times: &[f64],
-        observer: &mut dyn FnMut(&[f64], &[f64]),
-    ) -> Result<bool, RunError> {
+    fn sample_at_once(&mut self, times: &[f64], observer: &mut SampleObserver<'_>) -> Result<bool, RunError> {
         let _ = (times, observer);
         Ok(false)
     }

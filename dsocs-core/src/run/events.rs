@@ -15,6 +15,21 @@ use crate::tape::declaration::Declaration;
 /// A change of sign closer than this to the start of a part, relative to the part's length, may be the last one of the part before.
 const JOINT: f64 = 1e-9;
 
+/// Half the length of the first part about a corner or a jump, relative to the polynomial: on it the function itself is evaluated.
+const GAP: f64 = 1e-12;
+
+/// Factor of the length of a part that has not passed a corner.
+const WIDER: f64 = 16.0;
+
+/// A series and its function that differ by more than this part of the largest term have a corner or a jump between them.
+const APART: f64 = 1e-6;
+
+/// The longest part about a corner, relative to the polynomial, on which a function may have no series.
+const HOLE: f64 = 1e-6;
+
+/// The largest number of corners and jumps of a function on a polynomial; beyond it the function is rounding.
+const CORNERS: usize = 64;
+
 /// A function of position, velocity and acceleration.
 type Function<'e> = Box<dyn Fn(AnyPoint<'_, Jet>) -> Jet + 'e>;
 
@@ -110,8 +125,21 @@ impl<'e> AnyEvent<'e> {
         s: f64,
         work: &mut EventWorkspace,
     ) -> f64 {
-        polynomial.point(s, &mut work.point);
-        let jets = work.point.map(Jet::from);
+        let mut point = core::mem::replace(&mut work.point, OwnedPoint::zero(0));
+        polynomial.point(s, &mut point);
+        let value = self.value_at(declaration, &point, work);
+        work.point = point;
+        value
+    }
+
+    /// The function at a point.
+    pub(super) fn value_at(
+        &self,
+        declaration: &Declaration<'_>,
+        point: &OwnedPoint<f64>,
+        work: &mut EventWorkspace,
+    ) -> f64 {
+        let jets = point.map(Jet::from);
         // a user's function with unknown higher orders has a value, too
         work.call.begin(|| self.at(declaration, jets.any()))
     }
@@ -128,7 +156,8 @@ impl<'e> AnyEvent<'e> {
 
 /// A change of sign of a function `g(q, v, a)` along the motion, for every method ([`crate::Stepper::watch`]).
 ///
-/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found.
+/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found. A function with corners or
+/// jumps is searched piece by piece, and a jump through zero is a change of sign.
 pub struct Event<'e, const N: usize>(AnyEvent<'e>);
 
 impl<const N: usize> core::fmt::Debug for Event<'_, N> {
@@ -418,27 +447,55 @@ impl<'e> AnyEvents<'e> {
             let first = self.found.len();
             let mut side = self.sides[place];
             let mut open = vec![(polynomial.from, polynomial.length(), search.depth)];
+            let least = GAP * polynomial.length().abs();
+            let (mut gap, mut corners, mut seen) = (least, 0, polynomial.from);
             while let Some((from, length, depth)) = open.pop() {
-                let Some(part) = self.part(declaration, polynomial, place, from, length) else {
-                    return Err(RunError::Event(Box::new(FailedEvent {
-                        event: place,
-                        time: polynomial.time(from),
-                    })));
-                };
-                let part = part.as_slice();
-                let largest = part.iter().fold(0.0_f64, |size, c| size.max(c.abs()));
-                let tail = part
-                    .iter()
-                    .rev()
-                    .take(2)
-                    .fold(0.0_f64, |size, c| size.max(c.abs()));
-                if tail > search.tail * largest && depth > 0 {
+                let part = self.part(declaration, polynomial, place, from, length);
+                if part
+                    .as_ref()
+                    .is_some_and(|part| part.tail > search.tail * part.largest)
+                    && depth > 0
+                {
                     // the left half is taken from the stack first
                     open.push((from + length / 2.0, length / 2.0, depth - 1));
                     open.push((from, length / 2.0, depth - 1));
                     continue;
                 }
-                self.crossings(declaration, polynomial, place, part, [from, length], &mut side);
+                let corner = match &part {
+                    Some(part) if corners < CORNERS => self.corner(declaration, polynomial, place, part, gap),
+                    Some(_) => None,
+                    // on a corner a function may have no series
+                    None if gap <= HOLE * polynomial.length().abs() => Some(0.0),
+                    None => {
+                        return Err(RunError::Event(Box::new(FailedEvent {
+                            event: place,
+                            time: polynomial.time(seen),
+                        })));
+                    }
+                };
+                let Some(corner) = corner else {
+                    (gap, seen) = (least, from + length);
+                    if let Some(part) = &part {
+                        self.crossings(declaration, polynomial, place, part, &mut side);
+                    }
+                    continue;
+                };
+                // the series up to the corner, the function itself about it, another series beyond
+                corners += 1;
+                let before = (corner.abs() - gap).max(0.0);
+                let after = (corner.abs() + gap).min(length.abs());
+                let about = [before, after].map(|s| from + s.copysign(length));
+                if let Some(part) = part.filter(|_| before > 0.0) {
+                    (gap, seen) = (least, about[1]);
+                    let shorter = part.shorter(before.copysign(length));
+                    self.crossings(declaration, polynomial, place, &shorter, &mut side);
+                } else {
+                    gap *= WIDER;
+                }
+                self.jump(declaration, polynomial, place, about, &mut side);
+                if after < length.abs() {
+                    open.push((about[1], length - after.copysign(length), depth));
+                }
             }
             if first < self.found.len() || self.sides[place] == 0.0 {
                 self.settle(declaration, polynomial, (place, first), &mut side);
@@ -453,8 +510,7 @@ impl<'e> AnyEvents<'e> {
         Ok(())
     }
 
-    /// The series of an event's function on a part of a step, in units of that part's length; `None` if it is
-    /// not finite.
+    /// An event's function on a part of a step; `None` if its series is not finite.
     fn part(
         &mut self,
         declaration: &Declaration<'_>,
@@ -462,15 +518,112 @@ impl<'e> AnyEvents<'e> {
         place: usize,
         from: f64,
         length: f64,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<Part> {
         let series = shifted(polynomial, from);
-        let mut coefficients = expand(&self.watched[place], declaration, &series, &mut self.work.call);
-        let mut power = 1.0;
-        for c in &mut coefficients {
-            *c *= power;
-            power *= length;
+        let terms = expand(&self.watched[place], declaration, &series, &mut self.work.call);
+        let part = Part::new(from, length, &terms);
+        part.terms.iter().all(|c| c.is_finite()).then_some(part)
+    }
+
+    /// The first place, since the beginning of a part, at which the function leaves the piece of its series, that was expanded last.
+    fn corner(
+        &mut self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+        place: usize,
+        part: &Part,
+        gap: f64,
+    ) -> Option<f64> {
+        let Self { work, crossings, .. } = self;
+        let mut nearest = f64::INFINITY;
+        for switch in work.call.switches().iter().filter(|switch| switch.may_turn()) {
+            let argument = Part::new(part.from, part.length, switch.series(part.terms.len()));
+            if argument.terms.iter().any(|c| !c.is_finite()) {
+                continue;
+            }
+            // at the zero of an argument rounding chooses the piece
+            let begun = (gap / part.length.abs()).min(1.0);
+            if switch.side() * roots::value(&argument.terms, begun) < 0.0 {
+                return Some(0.0);
+            }
+            roots::crossings(&argument.terms, crossings);
+            nearest = crossings.first().map_or(nearest, |first| nearest.min(first.at));
         }
-        coefficients.iter().all(|c| c.is_finite()).then_some(coefficients)
+        if nearest > 1.0 {
+            // corners without a sign that changes, as that of a root at zero, show in the function
+            nearest = self.leaves(declaration, polynomial, place, part, gap)?;
+        }
+        (nearest <= 1.0).then_some(nearest * part.length)
+    }
+
+    /// The place, relative to a part, at which the function leaves its series; `None` if it does not before the end.
+    fn leaves(
+        &mut self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+        place: usize,
+        part: &Part,
+        accuracy: f64,
+    ) -> Option<f64> {
+        let from_series = |events: &mut Self, s: f64| {
+            let at = part.from + s * part.length;
+            let value = events.watched[place].value(declaration, polynomial, at, &mut events.work);
+            (value, (value - roots::value(&part.terms, s)).abs())
+        };
+        let (value, apart) = from_series(self, 1.0);
+        // the terms of a series that does not converge say nothing of the function
+        let size = if part.tail > polynomial.search.tail * part.largest {
+            part.terms.first().map_or(0.0, |first| first.abs())
+        } else {
+            part.largest
+        };
+        let mut allowed = APART * size.max(value.abs());
+        if apart > allowed {
+            let point = self.work.point.clone();
+            allowed += self.rounding(declaration, polynomial, place, (&point, value));
+        }
+        if apart.is_nan() || apart <= allowed {
+            return None;
+        }
+        let mut ends = [0.0, 1.0];
+        while (ends[1] - ends[0]) * part.length.abs() > accuracy {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let leaves = from_series(self, middle).1 > allowed;
+            ends[usize::from(leaves)] = middle;
+        }
+        Some(ends[1])
+    }
+
+    /// The change of sign between two times that are close together, at a corner or a jump.
+    fn jump(
+        &mut self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+        place: usize,
+        ends: [f64; 2],
+        side: &mut f64,
+    ) {
+        let Self {
+            watched, work, found, ..
+        } = self;
+        let work = RefCell::new(work);
+        let value = |s: f64| watched[place].value(declaration, polynomial, s, &mut work.borrow_mut());
+        let values = ends.map(value);
+        if *side == 0.0 {
+            *side = values
+                .into_iter()
+                .find(|value| *value != 0.0)
+                .map_or(0.0, f64::signum);
+        }
+        if values[1] * *side < 0.0 {
+            let at = if values[0] * values[1] < 0.0 {
+                roots::refine(&value, ends).at
+            } else {
+                ends[0]
+            };
+            *side = values[1].signum();
+            found.push((at, place, *side > 0.0));
+        }
     }
 
     /// The changes of sign on a part of a step; `side` is the sign before it and receives that after it.
@@ -479,10 +632,10 @@ impl<'e> AnyEvents<'e> {
         declaration: &Declaration<'_>,
         polynomial: &AnyPolynomial<'_>,
         place: usize,
-        part: &[f64],
-        [from, length]: [f64; 2],
+        part: &Part,
         side: &mut f64,
     ) {
+        let &Part { from, length, .. } = part;
         let Self {
             watched,
             work,
@@ -490,8 +643,8 @@ impl<'e> AnyEvents<'e> {
             found,
             ..
         } = self;
-        roots::crossings(part, crossings);
-        let begins = part.iter().find(|c| **c != 0.0).map_or(0.0, |c| c.signum());
+        roots::crossings(&part.terms, crossings);
+        let begins = part.terms.iter().find(|c| **c != 0.0).map_or(0.0, |c| c.signum());
         if *side == 0.0 {
             *side = begins;
         }
@@ -518,6 +671,45 @@ impl<'e> AnyEvents<'e> {
             found.push((at, place, crossing.rising));
             *side = if crossing.rising { 1.0 } else { -1.0 };
         }
+    }
+}
+
+/// The series of a function on a part of a polynomial.
+struct Part {
+    /// The beginning, after the time of expansion of the polynomial, and the length.
+    from: f64,
+    length: f64,
+    /// The terms at the end.
+    terms: Vec<f64>,
+    /// The largest term, and the largest of the last two.
+    largest: f64,
+    tail: f64,
+}
+
+impl Part {
+    /// A series on a part.
+    fn new(from: f64, length: f64, coefficients: &[f64]) -> Self {
+        let mut power = 1.0;
+        let mut terms = coefficients.to_vec();
+        for term in &mut terms {
+            *term *= power;
+            power *= length;
+        }
+        let most = |terms: &[f64]| terms.iter().fold(0.0_f64, |most, term| most.max(term.abs()));
+        Self {
+            from,
+            length,
+            largest: most(&terms),
+            tail: most(&terms[terms.len().saturating_sub(2)..]),
+            terms,
+        }
+    }
+
+    /// The beginning of the part.
+    fn shorter(&self, length: f64) -> Self {
+        let mut part = Self::new(self.from, length / self.length, &self.terms);
+        part.length = length;
+        part
     }
 }
 

@@ -28,7 +28,7 @@ mod until;
 mod verbs;
 
 pub use crate::kernel::clock::{Clock, End};
-pub use any::{AnyVisitor, Run, StepEnd, Workspace};
+pub use any::{AnyVisitor, Run, SampleObserver, StepEnd, Workspace};
 pub use csv::CsvWriter;
 pub use error::{FailedEvent, InputError, NotReversible, RunError, TimeBehind};
 pub use events::{AnyEvent, AnyEvents, AnyOccurrence, Event, Events, Occurrence};

@@ -67,14 +67,16 @@ impl<'f> AnyPolynomial<'f> {
     /// The polynomial between two nodes; see [`Polynomial::between`]. Nothing is allocated if the number of
     /// coordinates agrees. No coordinate may be a rotation.
     pub fn between(before: &AnyNode<'_>, after: &AnyNode<'_>, series: &'f mut Series) -> Self {
-        Self::through(&[], [before, after], series)
+        Self::through(&[], false, [before, after], series)
     }
 
     /// [`AnyPolynomial::between`] for systems with rotations: the polynomial of a quaternion matches the
     /// rates of its components, and that of the angular velocity, of degree 3, matches value and rate at both
-    /// nodes.
+    /// nodes. If the velocities and accelerations of nodes are differences of positions ([`super::Run::has_differences`]), so is that of every
+    /// velocity: the rate of a polynomial through positions and differences of them has errors of the first order in its own rate.
     pub(crate) fn through(
         rotations: &[usize],
+        differences: bool,
         [before, after]: [&AnyNode<'_>; 2],
         series: &'f mut Series,
     ) -> Self {
@@ -84,6 +86,10 @@ impl<'f> AnyPolynomial<'f> {
         for i in 0..before.q.len() {
             let end = |node: &AnyNode<'_>| [node.q[i], node.v[i], node.a[i]];
             series.fill(i, &column([end(before), end(after)], h, known));
+            if differences && known {
+                let moving = |node: &AnyNode<'_>| [node.v[i], node.a[i], f64::NAN];
+                series.fill_velocity(i, &column([moving(before), moving(after)], h, false));
+            }
         }
         for &first in rotations {
             let ends = [before, after].map(|node| rotation::rates(first, [node.q, node.v, node.a]));
@@ -194,8 +200,11 @@ impl<'f, const N: usize> Polynomial<'f, N> {
     ///
     /// If the nodes are exact, the error is of order `h⁶` in the position, `h⁵` in the velocity and `h⁴` in the acceleration. So
     /// with a [`crate::ComposedFlow`] of order `p`, positions between the nodes, and events of positions, are of order `min(p, 6)`. The
-    /// velocities and accelerations of a [`crate::Flow`] are differences of nodes. They are of second order, like the
-    /// positions, and so is everything between the nodes.
+    /// velocities and accelerations of a [`crate::Flow`] are differences of positions, of second order like these. The polynomial through them
+    /// is of second order in the position and the velocity, but only of first order in the acceleration. So in the polynomials of
+    /// [`crate::Stepper::trace`] and in [`crate::Trajectory::at`] the velocity of a `Flow` is a polynomial of its own, of degree 3 through
+    /// velocities and accelerations: there everything between the nodes is of second order. An exception is the acceleration in a step that
+    /// begins with a velocity that is no difference: the first one, and one where an input has changed.
     pub fn between(before: &Node<N>, after: &Node<N>, series: &'f mut Series) -> Self {
         Self(AnyPolynomial::between(&before.any(), &after.any(), series))
     }
@@ -203,11 +212,12 @@ impl<'f, const N: usize> Polynomial<'f, N> {
     /// [`Polynomial::between`] for systems with rotations.
     pub(crate) fn through(
         rotations: &[usize],
+        differences: bool,
         [before, after]: [&Node<N>; 2],
         series: &'f mut Series,
     ) -> Self {
         let nodes = [&before.any(), &after.any()];
-        Self(AnyPolynomial::through(rotations, nodes, series))
+        Self(AnyPolynomial::through(rotations, differences, nodes, series))
     }
 
     /// The time where the polynomial begins.

@@ -180,6 +180,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         let mut trajectory = Trajectory {
             nodes: Vec::new(),
             rotations: self.run().kernel().shape().rotations.to_vec(),
+            differences: self.run().has_differences(),
         };
         let ended = self.run_mut().walk_to(t, &mut |run| {
             trajectory.nodes.push(Node::of(run));
@@ -278,6 +279,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
             for (&t, &[q, v, a]) in times.iter().zip(points) {
                 observer(t, &Point { t, q, v, a });
             }
+            ControlFlow::Continue(())
         })
     }
 

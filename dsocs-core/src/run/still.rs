@@ -10,7 +10,6 @@ use crate::number::larger;
 use crate::number::point::{AnyPoint, OwnedPoint};
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::sides::Piece;
-use crate::series::jet::Jet;
 use crate::tape::declaration::Declaration;
 
 /// A function below this many times the change by one rounding of the motion is zero.
@@ -77,33 +76,15 @@ impl AnyEvents<'_> {
         let series = shifted(polynomial, s);
         let coefficients = expand(&self.watched[place], declaration, &series, &mut self.work.call);
         let [value, rate] = [0, 1].map(|k| coefficients.get(k).copied().unwrap_or(f64::NAN));
-        // positions round; velocities and accelerations as differences of them, and of the largest velocity
-        let mut fastest = 0.0;
         let mut point = OwnedPoint::zero(declaration.dimension());
-        for end in [polynomial.from, polynomial.to] {
-            polynomial.point(end, &mut point);
-            let AnyPoint { v, a, .. } = point.any();
-            let speeds = v.iter().copied().chain(a.iter().map(|a| length * a));
-            fastest = speeds.fold(fastest, |most: f64, speed| larger(most, speed.abs()));
-        }
         polynomial.point(s, &mut point);
         let rests = resting.contains(&true) && hold(declaration, resting, &mut point);
-        let mut value_of = |point: &OwnedPoint<f64>| {
-            let jets = point.map(Jet::from);
-            let event = &self.watched[place];
-            self.work.call.begin(|| event.at(declaration, jets.any()))
+        let value = if rests {
+            self.watched[place].value_at(declaration, &point, &mut self.work)
+        } else {
+            value
         };
-        let value = if rests { value_of(&point) } else { value };
-        let mut noise = 0.0;
-        for i in 0..declaration.dimension() {
-            let q = f64::EPSILON * larger(point.any().q[i].abs(), length * fastest);
-            for (kind, rounding) in [q, q / length, q / (length * length)].into_iter().enumerate() {
-                let mut moved = point.clone();
-                moved.parts().0[kind][i] += rounding;
-                noise += (value_of(&moved) - value).abs();
-            }
-        }
-        let noise = ROUNDINGS * noise;
+        let noise = self.rounding(declaration, polynomial, place, (&point, value));
         let is_zero = value.abs() <= noise;
         let slope = (rate * length).abs();
         Near {
@@ -113,6 +94,36 @@ impl AnyEvents<'_> {
             is_zero,
             stays: is_zero && (rests || slope <= noise),
         }
+    }
+
+    /// The change of the function of an event, from its value at a point of a polynomial, by some roundings of the motion.
+    pub(super) fn rounding(
+        &mut self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+        place: usize,
+        (point, value): (&OwnedPoint<f64>, f64),
+    ) -> f64 {
+        let length = polynomial.length().abs();
+        // positions round; velocities and accelerations as differences of them, and of the largest velocity
+        let mut fastest = 0.0;
+        let mut end_point = OwnedPoint::zero(declaration.dimension());
+        for end in [polynomial.from, polynomial.to] {
+            polynomial.point(end, &mut end_point);
+            let AnyPoint { v, a, .. } = end_point.any();
+            let speeds = v.iter().copied().chain(a.iter().map(|a| length * a));
+            fastest = speeds.fold(fastest, |most: f64, speed| larger(most, speed.abs()));
+        }
+        let mut noise = 0.0;
+        for i in 0..declaration.dimension() {
+            let q = f64::EPSILON * larger(point.any().q[i].abs(), length * fastest);
+            for (kind, rounding) in [q, q / length, q / (length * length)].into_iter().enumerate() {
+                let mut moved = point.clone();
+                moved.parts().0[kind][i] += rounding;
+                noise += (self.watched[place].value_at(declaration, &moved, &mut self.work) - value).abs();
+            }
+        }
+        ROUNDINGS * noise
     }
 }
 

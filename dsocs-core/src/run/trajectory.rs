@@ -7,13 +7,21 @@ use crate::series::rows::Series;
 
 use thiserror::Error;
 
-/// A motion, node by node.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// A motion, node by node. Two are equal if their nodes are.
+#[derive(Clone, Debug, Default)]
 pub struct Trajectory<const N: usize> {
     /// The nodes, in the order of the run.
     pub nodes: Vec<Node<N>>,
     /// The first of the four places of each coordinate that is a rotation.
     pub(crate) rotations: Vec<usize>,
+    /// See [`super::Run::has_differences`].
+    pub(crate) differences: bool,
+}
+
+impl<const N: usize> PartialEq for Trajectory<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.nodes == other.nodes
+    }
 }
 
 impl<const N: usize> Trajectory<N> {
@@ -41,8 +49,9 @@ impl<const N: usize> Trajectory<N> {
     }
 
     /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial between the two neighbouring
-    /// nodes. `None` outside. [`Polynomial::between`] gives the error. For a system with rotations the trajectory has to come from
-    /// [`Stepper::until`](crate::Stepper::until): a trajectory that was collected otherwise does not know which components are a quaternion.
+    /// nodes. `None` outside. [`Polynomial::between`] gives the error. The trajectory should come from
+    /// [`Stepper::until`](crate::Stepper::until): one that was collected otherwise does not know which components are a quaternion, and whether
+    /// velocities are differences.
     #[must_use]
     pub fn at(&self, t: f64) -> Option<Point<f64, N>> {
         let (first, last) = (self.nodes.first()?, self.nodes.last()?);
@@ -56,7 +65,8 @@ impl<const N: usize> Trajectory<N> {
             _ => return None,
         };
         let mut series = Series::new(N, AnyPolynomial::ORDER);
-        Some(Polynomial::through(&self.rotations, [left, right], &mut series).at(t))
+        let nodes = [left, right];
+        Some(Polynomial::through(&self.rotations, self.differences, nodes, &mut series).at(t))
     }
 }
 

@@ -3,8 +3,8 @@
 use core::ops::ControlFlow;
 
 use super::{
-    AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Clock, OwnedNode, Run, RunError, TimeBehind, Workspace,
-    inputs,
+    AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Clock, OwnedNode, Run, RunError, SampleObserver,
+    TimeBehind, Workspace, inputs,
 };
 use crate::kernel::report::StepReport;
 use crate::number::point::{AnyPoint, OwnedPoint};
@@ -140,15 +140,20 @@ impl dyn Run + '_ {
                 let (v, a) = rest.split_at(n);
                 observer(t, AnyPoint { t, q, v, a });
             }
+            ControlFlow::Continue(())
         })
     }
 
     /// `sample` with an observer that receives several times together, and for each of them position, velocity and acceleration, one after
-    /// the other.
-    pub(crate) fn sample_together(
+    /// the other. The run ends at the next node if the observer breaks.
+    ///
+    /// # Errors
+    ///
+    /// The errors of `sample`.
+    pub fn sample_together(
         &mut self,
         times: &[f64],
-        observer: &mut dyn FnMut(&[f64], &[f64]),
+        observer: &mut SampleObserver<'_>,
     ) -> Result<(), RunError> {
         in_order(times, self.clock())?;
         if self.sample_at_once(times, observer)? {
@@ -239,11 +244,7 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
 }
 
 /// Hands out the motion at some times, which are in order, step by step.
-fn sample(
-    run: &mut dyn Run,
-    mut times: &[f64],
-    observer: &mut dyn FnMut(&[f64], &[f64]),
-) -> Result<(), RunError> {
+fn sample(run: &mut dyn Run, mut times: &[f64], observer: &mut SampleObserver<'_>) -> Result<(), RunError> {
     let Some(&last) = times.last() else {
         return Ok(());
     };
@@ -257,7 +258,9 @@ fn sample(
         let mut node = OwnedNode::new(0);
         node.take(run);
         while let Some((&t, rest)) = times.split_first().filter(|(t, _)| **t == now) {
-            observer(&[t], node.point());
+            if observer(&[t], node.point()).is_break() {
+                return Ok(());
+            }
             times = rest;
         }
     }
@@ -269,8 +272,8 @@ fn sample(
                     break;
                 }
                 polynomial.at(t, &mut point);
-                observer(&[t], point.vectors());
-                times = rest;
+                let goes_on = observer(&[t], point.vectors()).is_continue();
+                times = if goes_on { rest } else { &[] };
             }
             Ok(None)
         })?;

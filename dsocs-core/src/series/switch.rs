@@ -240,6 +240,11 @@ impl Switch {
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
     }
 
+    /// The coefficients below an order.
+    pub(crate) fn series(&self, order: usize) -> &[f64] {
+        &self.coefficients[..order.min(ROWS)]
+    }
+
     /// The value.
     pub(crate) fn value(&self) -> f64 {
         self.coefficients[0]

@@ -15,7 +15,7 @@ use crate::kernel::clock::{Clock, End};
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::number::dispatch;
 use crate::number::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, OwnedNode, Run, RunError, StepEnd, Workspace};
+use crate::run::{AnyPolynomial, AnyVisitor, OwnedNode, Run, RunError, SampleObserver, StepEnd, Workspace};
 
 /// Number of points that are computed before they are handed out: a multiple of all groups of registers.
 const BUFFER: usize = 8 * REGISTERS;
@@ -98,11 +98,7 @@ impl Run for AnyTaylorFlow<'_> {
         self.go_on_with(&values)
     }
 
-    fn sample_at_once(
-        &mut self,
-        times: &[f64],
-        observer: &mut dyn FnMut(&[f64], &[f64]),
-    ) -> Result<bool, RunError> {
+    fn sample_at_once(&mut self, times: &[f64], observer: &mut SampleObserver<'_>) -> Result<bool, RunError> {
         let Some(&end) = times.last() else {
             return Ok(true);
         };
@@ -110,22 +106,23 @@ impl Run for AnyTaylorFlow<'_> {
         let sampled = self.sample_between(times, end, observer);
         if self.motion.on_grid.is_some() {
             // to the last node that was reached, which is at the end or beyond
-            while self.motion.is_before(end) && (sampled.is_ok() || self.motion.reaches_node()) {
+            let all = matches!(sampled, Ok(ControlFlow::Continue(())));
+            while self.motion.is_before(end) && (all || self.motion.reaches_node()) {
                 self.step_on_grid(end)?;
             }
         }
-        sampled.map(|()| true)
+        sampled.map(|_| true)
     }
 }
 
 impl AnyTaylorFlow<'_> {
-    /// Hands out the motion at some times, the last of which is `end`, step by step.
+    /// Hands out the motion at some times, the last of which is `end`, step by step, until the observer breaks.
     fn sample_between(
         &mut self,
         times: &[f64],
         end: f64,
-        observer: &mut dyn FnMut(&[f64], &[f64]),
-    ) -> Result<(), RunError> {
+        observer: &mut SampleObserver<'_>,
+    ) -> Result<ControlFlow<()>, RunError> {
         let forward = self.motion.clock.is_forward();
         let n = self.motion.series.dimension();
         let mut buffer = vec![0.0; BUFFER * 3 * n];
@@ -136,7 +133,9 @@ impl AnyTaylorFlow<'_> {
             node.take(self);
             let count = rest.iter().take_while(|t| **t == now).count();
             for t in &rest[..count] {
-                observer(&[*t], node.point());
+                if observer(&[*t], node.point()).is_break() {
+                    return Ok(ControlFlow::Break(()));
+                }
             }
             rest = &rest[count..];
         }
@@ -154,7 +153,9 @@ impl AnyTaylorFlow<'_> {
                 for (room, x) in buffer.chunks_exact_mut(n.max(1)).zip([q, v, a]) {
                     room.copy_from_slice(x);
                 }
-                observer(&[t], &buffer[..3 * n]);
+                if observer(&[t], &buffer[..3 * n]).is_break() {
+                    return Ok(ControlFlow::Break(()));
+                }
                 rest = &rest[1..];
                 continue;
             }
@@ -180,7 +181,9 @@ impl AnyTaylorFlow<'_> {
                 let within = &next[..first + others];
                 if !within.is_empty() {
                     points(&polynomial, within, &mut buffer);
-                    observer(within, &buffer[..within.len() * 3 * n]);
+                    if observer(within, &buffer[..within.len() * 3 * n]).is_break() {
+                        return Ok(ControlFlow::Break(()));
+                    }
                 }
                 rest = &rest[within.len()..];
                 if within.len() < BUFFER {
@@ -188,7 +191,7 @@ impl AnyTaylorFlow<'_> {
                 }
             }
         }
-        Ok(())
+        Ok(ControlFlow::Continue(()))
     }
 
     /// Moves to the next node of the grid.

@@ -13,9 +13,6 @@ use crate::error::{guarded, of_run, plain, with_workspace};
 use crate::motion::CHECK_INTERVAL;
 use crate::run::{PyRun, State};
 
-/// The number of times that are computed between two checks for signals.
-const TIMES_PER_CHECK: usize = 1024;
-
 /// The largest number of nodes between two checks for signals.
 const NODES_PER_CHECK: f64 = 8192.0;
 
@@ -44,35 +41,33 @@ pub fn sample<'py>(
         let room = |width: usize| with_workspace(times.len().checked_mul(width), "times");
         let mut vectors = [room(n)?, room(n)?, room(n)?];
         let mut observed = room(observables)?;
-        let (mut now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));
-        for part in times.chunks(TIMES_PER_CHECK) {
-            let asked = with_stops(now, step, part);
-            now = part.last().copied().unwrap_or(now);
-            let mut rest = &asked[..];
-            while let Some(&(begin, _)) = rest.first() {
-                let longest = NODES_PER_CHECK * step.unwrap_or(f64::INFINITY).abs();
-                let near = rest
-                    .iter()
-                    .take(TIMES_PER_CHECK)
-                    .take_while(|(t, _)| (t - begin).abs() <= longest);
-                let (some, others) = rest.split_at(near.count().max(1));
-                rest = others;
-                let at: Vec<f64> = some.iter().map(|(t, _)| *t).collect();
-                let mut place = 0;
-                let mut take = |_, AnyPoint { q, v, a, .. }: AnyPoint<'_, f64>| {
-                    if some.get(place).is_some_and(|(_, wanted)| *wanted) {
-                        for (vector, row) in vectors.iter_mut().zip([q, v, a]) {
-                            vector.extend_from_slice(row);
-                        }
-                    }
-                    place += 1;
-                };
-                let sampled =
-                    py.detach(|| guarded(|| state.motion.with(|run| run.sample(&at, &mut take))))?;
-                sampled.map_err(|error| of_run(py, &error))?;
-                py.check_signals()?;
+        let (now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));
+        let asked = with_stops(now, step, times);
+        let at: Vec<f64> = asked.iter().map(|(t, _)| *t).collect();
+        let mut wanted = asked.iter().map(|(_, wanted)| *wanted);
+        let (mut checked, mut signals) = (Instant::now(), Ok(()));
+        let mut take = |some: &[f64], numbers: &[f64]| {
+            for (place, wanted) in wanted.by_ref().take(some.len()).enumerate() {
+                for (kind, vector) in vectors.iter_mut().enumerate() {
+                    let begin = n * (3 * place + kind);
+                    let row = numbers.get(begin..begin + n).filter(|_| wanted);
+                    vector.extend_from_slice(row.unwrap_or_default());
+                }
             }
-        }
+            if checked.elapsed() > CHECK_INTERVAL {
+                checked = Instant::now();
+                signals = Python::attach(|py| py.check_signals());
+            }
+            if signals.is_ok() {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        };
+        let sampled =
+            py.detach(|| guarded(|| state.motion.with(|run| run.sample_together(&at, &mut take))))?;
+        signals?;
+        sampled.map_err(|error| of_run(py, &error))?;
         observed.resize(times.len() * observables, 0.0);
         state.motion.look(|run| {
             let declaration = run.declaration();

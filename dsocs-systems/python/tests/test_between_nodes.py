@@ -288,3 +288,20 @@ def test_what_has_not_reached_the_end_of_an_ensemble_is_told(swing: dsocs.System
     assert len(left) > 0 and np.isnan(ends.q[left]).all() and np.isfinite(np.delete(ends.q, left, axis=0)).all()
     assert f"interrupted: {1000 - len(left)} reached the end" in repr(ends)
     assert "interrupted at t = " in str(ends.failures[int(left[0])])
+
+
+@pytest.mark.parametrize("method", [dict(order=2), dict(order=4), dict(tolerance=1e-12)])
+def test_many_times_lie_anywhere_between_the_nodes(method: dict) -> None:
+    oscillator = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x * x / 2;", name="oscillator")
+    random = np.random.default_rng(7)
+    for _ in range(40):
+        h = float(random.uniform(0.002, 0.05)) * random.choice([1, -1])
+        run = oscillator.flow(h=h, q=[1.0], v=[0.0], **method)
+        for count in (1024, 1025, int(random.integers(2, 6000))):
+            # often thousands of times within a step
+            ends = np.sort(random.uniform(0, 2 * 10 ** random.uniform(-3, 0), 2))
+            times = np.copysign(np.linspace(*ends, count), h)
+            points = run.sample(times)
+            np.testing.assert_allclose(points["x"], np.cos(times), atol=1e-10 if "tolerance" in method else h * h)
+            some = random.choice(count, 3)
+            np.testing.assert_allclose(points.q[some], [run.sample([times[place]]).q[0] for place in some], atol=1e-13)

@@ -23,6 +23,7 @@ mod ensemble;
 mod equilibria;
 mod error_tables;
 mod error_text;
+mod events_at_corners;
 mod events_at_rest;
 mod external_forces;
 mod factors_at_rest;

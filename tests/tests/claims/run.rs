@@ -8,8 +8,10 @@ use std::ops::ControlFlow;
 
 use dsocs_core::prelude::*;
 use dsocs_core::taylor::GlobalError;
+use dsocs_core::text::Text;
 use dsocs_core::{Estimates, Failure, NewtonFailure, Point, Real, SeriesFailure, SetupError, StepError};
-use dsocs_tests::fit;
+use dsocs_tests::scenes::random::Random;
+use dsocs_tests::{fit, short_or_long};
 
 /// A pendulum: a nonlinear equation, and a step that can be composed.
 #[dsocs {
@@ -572,5 +574,80 @@ fn the_order_of_events() {
             (slope - order).abs() < 0.05 * order,
             "{method:?}: {slope}, {errors:?}"
         );
+    }
+}
+
+/// The acceleration of an oscillator `x'' = -rate² x`, by steps of order 2 and of the third order. Between the nodes it is continuous and of
+/// second order, as at the nodes, and it has one event where it vanishes.
+#[test]
+fn the_acceleration_between_nodes_is_that_of_the_nodes() {
+    let mut random = Random::new(43);
+    for _ in 0..short_or_long(10, 300) {
+        let [rate, phase, size] = [
+            random.between(0.5, 3.0),
+            random.between(0.1, 3.0),
+            random.between(0.1, 2.0),
+        ];
+        // x = size cos(rate t + phase)
+        let state = [0, 1, 2].map(|order| {
+            let turned = phase + std::f64::consts::FRAC_PI_2 * f64::from(order);
+            [size * rate.powi(order) * turned.cos()]
+        });
+        let by_force = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - {:?} * x.powi(2) / 2;",
+            rate * rate
+        );
+        let by_jerk = format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = dddot(x) + {:?} * dot(x); constraint_forces = [(1)];",
+            rate * rate
+        );
+        let starts = [
+            Start::second_order(state[0], state[1]),
+            Start::third_order(state[0], state[1], state[2]),
+        ];
+        for (text, start) in [by_force, by_jerk].iter().zip(starts) {
+            let text = Text::parse("oscillator", text).unwrap();
+            let until = 12.0;
+            let mut errors = Vec::new();
+            for h in [0.02, 0.01] {
+                let flow = || Flow::<1>::of(&text.system, h, start).unwrap();
+                let found = happened(
+                    &mut flow(),
+                    until,
+                    &mut Events::new(vec![Event::function(|point| point.a[0])]),
+                );
+                let exact: Vec<f64> = (0..20)
+                    .map(|turn| (std::f64::consts::PI * (f64::from(turn) + 0.5) - phase) / rate)
+                    .filter(|t| *t > 0.0 && *t < until - h)
+                    .collect();
+                let found: Vec<f64> = found
+                    .iter()
+                    .map(|event| event.t)
+                    .filter(|t| *t < until - h)
+                    .collect();
+                assert_eq!(found.len(), exact.len(), "{h}: {found:?} {exact:?} of {text:?}");
+                for (t, exact) in found.iter().zip(&exact) {
+                    assert!(
+                        (t - exact).abs() < 20.0 * (rate * h).powi(2) * (1.0 + exact),
+                        "{h}: {found:?} {exact:?}"
+                    );
+                }
+                // the first step begins with the velocity of the start, which is no difference
+                let times: Vec<f64> = (50..5000).map(|i| f64::from(i) * 0.000_413).collect();
+                let mut largest = 0.0_f64;
+                let mut compare = |t: f64, point: &Point<f64, 1>| {
+                    let exact = -size * rate * rate * (rate * t + phase).cos();
+                    largest = largest.max((point.a[0] - exact).abs());
+                };
+                flow().sample(&times, &mut compare).unwrap();
+                // the trajectory has the same motion
+                let trajectory = flow().until(3.0).unwrap();
+                for t in times.iter().step_by(97) {
+                    compare(*t, &trajectory.at(*t).unwrap());
+                }
+                errors.push(largest);
+            }
+            assert!(errors[1] < errors[0] / 3.0, "{errors:?} of {text:?}");
+        }
     }
 }
