@@ -44,7 +44,7 @@ pub(super) struct StepConditions<'a> {
     /// The pieces of the arguments of functions that jump with the velocity, at the beginning of the step;
     /// those between rest. Empty if none rests.
     pub(super) before: &'a [Piece],
-    /// Their pieces at the end of the step.
+    /// Their pieces at the end of the step, if each side acts on its own part of the step; else empty.
     pub(super) after: &'a [Piece],
     /// The old values of inputs that change at its middle node.
     pub(super) inputs: Option<&'a [f64]>,
@@ -59,15 +59,14 @@ impl StepConditions<'_> {
     }
 
     /// Whether the change of sign of an argument in a step is examined, given the argument's number and its value at the end of the step.
-    /// That of an argument that rests, comes to rest or is released is not; nor is that of one that keeps its side, since just after a
-    /// release an argument is near zero.
+    /// That of an argument that rests or is released is not, nor any whose sides act on their own parts of the step; nor is that of one that
+    /// keeps its side, since just after a release an argument is near zero.
     fn is_examined(&self, switch: usize, last: f64) -> bool {
         let Some(before) = self.before.get(switch) else {
             return true;
         };
-        let after = self.after.get(switch).copied();
-        let after = after.unwrap_or_else(|| Piece::of(last));
-        *before != after && *before != Piece::Between && after != Piece::Between
+        let has_parts = switch < self.after.len();
+        !has_parts && *before != Piece::of(last) && *before != Piece::Between
     }
 }
 

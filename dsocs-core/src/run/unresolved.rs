@@ -20,12 +20,12 @@
 ///   degree 5, as at a multiple zero. A [`ComposedFlow`](crate::ComposedFlow) examines accelerations in this way. So a pulse
 ///   in a user's function between two of the examined places may be missed.
 ///
-/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and
-/// the run goes on. If these have no solution, because a function jumps over it, the node is that of the jump, and the step
+/// The usual case is dry friction that changes its direction within a step, on a surface that does not move. The nodes still obey the discrete
+/// equations, and the run goes on. If these have no solution, because a function jumps over it, the node is that of the jump, and the step
 /// is counted, too ([`Stop::Jump`](crate::Stop::Jump)). Steps in which friction stops a mass, holds it
-/// ([`Stop::Sticks`](crate::Stop::Sticks)) or releases it are not counted, since they do not lower the order: the forces
-/// before and after the event act on their parts of the step. They are counted if another function jumps in them, such as a
-/// force whose jump releases the mass.
+/// ([`Stop::Sticks`](crate::Stop::Sticks)) or releases it are not counted, nor are those in which it changes its direction on a surface that
+/// moves, since they do not lower the order: the forces before and after the event act on their parts of the step. They are counted if another
+/// function jumps in them, such as a force whose jump releases the mass.
 ///
 /// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -270,30 +270,34 @@ fn a_jump_in_time_has_derivatives_by_what_does_not_move_it() {
     }
 }
 
-/// The position at the end on a spring that only pushes, `k max(c - x, 0)`.
+/// The position at the end on a spring that only pushes, `k max(c - x, 0)`, and the number of pieces of the motion.
 fn pushed([k, c, x0, v0]: [f64; 4]) -> (f64, u32) {
-    let (mut t, mut x, mut v, mut corners) = (0.0, x0 - c, v0, 0);
-    while t < END {
-        if x > 0.0 || (x == 0.0 && v > 0.0) {
-            let free = if v < 0.0 { -x / v } else { f64::INFINITY };
-            let by = free.min(END - t);
-            (t, x) = (t + by, if by == free { 0.0 } else { x + by * v });
+    let (mut t, mut x, mut v, mut is_free, mut pieces) = (0.0, x0 - c, v0, x0 > c, 0);
+    loop {
+        pieces += 1;
+        let w = k.sqrt();
+        // the time until it touches, or is free
+        let way = if !is_free {
+            core::f64::consts::PI / w
+        } else if v < 0.0 {
+            -x / v
         } else {
-            let w = k.sqrt();
-            // x = -r sin(w t) after it has touched
-            let (r, from) = (x.hypot(v / w), f64::atan2(-x, -v / w));
-            let way = (core::f64::consts::PI - from) / w;
-            let by = way.min(END - t);
-            let at = from + w * by;
-            (t, x, v) = (
-                t + by,
-                if by == way { 0.0 } else { -r * at.sin() },
-                -r * w * at.cos(),
+            f64::INFINITY
+        };
+        let by = way.min(END - t);
+        if way >= END - t {
+            return (
+                c + if is_free {
+                    x + by * v
+                } else {
+                    v / w * (w * by).sin()
+                },
+                pieces,
             );
         }
-        corners += 1;
+        (t, x, v) = (t + by, 0.0, if is_free { v } else { -v });
+        is_free = !is_free;
     }
-    (c + x, corners)
 }
 
 #[test]
