@@ -37,6 +37,8 @@ pub struct Unresolved {
     /// The largest jump, relative to the acceleration, or deviation from the straight line, relative to the change of the
     /// momentum over the step \[1\]; infinite where no motion continues, or the velocity has to jump.
     pub largest: f64,
+    /// The time of the middle node of the step with the largest jump or deviation, the first of these if there are several.
+    pub largest_at: f64,
 }
 
 impl Unresolved {
@@ -46,15 +48,23 @@ impl Unresolved {
             steps: 0,
             first: time,
             largest: 0.0,
+            largest_at: time,
         });
         counted.steps += 1;
-        counted.largest = counted.largest.max(part);
+        counted.take_larger(part, time);
     }
 
     /// Adds the steps of a later run.
     pub(crate) fn add(counted: &mut Option<Self>, other: Self) {
         let counted = counted.get_or_insert(Self { steps: 0, ..other });
         counted.steps += other.steps;
-        counted.largest = counted.largest.max(other.largest);
+        counted.take_larger(other.largest, other.largest_at);
+    }
+
+    /// Takes a jump or deviation, if it is larger than those before.
+    fn take_larger(&mut self, part: f64, time: f64) {
+        if part > self.largest {
+            (self.largest, self.largest_at) = (part, time);
+        }
     }
 }
