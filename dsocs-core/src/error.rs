@@ -603,8 +603,8 @@ impl StepError {
                  `Flow::advance_to`, or try a smaller h"
             }
             StepFailure::AmbiguousRoot if step.may_divide => {
-                "name the factor that belongs to the unwanted root with `branch = divide(factor)`, or choose a root with \
-                 `Flow::advance_to`"
+                "name the factor that belongs to the unwanted root with `branch = divide(factor)`, choose a root with \
+                 `Flow::advance_to`, or try a smaller h"
             }
             StepFailure::AmbiguousRoot => "choose a root with `Flow::advance_to`, or try a smaller h",
             StepFailure::NoSolution

@@ -219,7 +219,7 @@ impl Composed<'_> {
             let on = on(&half, h, declaration);
             let part = found
                 .iter()
-                .fold(0.0_f64, |part, crossing| part.max(on.jump_at(*crossing)));
+                .fold(0.0_f64, |part, crossing| part.max(on.change_at(*crossing).size));
             largest = Some(largest.unwrap_or(0.0).max(part));
         }
         largest

@@ -107,6 +107,23 @@ pub enum DerivativeError {
         /// Its time.
         time: f64,
     },
+    /// The acceleration jumps in a step of the path, at a place that the variables move. The derivative of the motion jumps there, too, by the
+    /// change of the place times the jump (the saltation matrix: Leine and Nijmeijer 2004); that of the discrete equations does not, at any step.
+    #[error(
+        "the acceleration jumps where `{argument}` is zero, in the step about node {index} (t = {time}): there the derivative of the steps does not \
+         converge to that of the motion, however short they are; a steep smooth function that the steps resolve, such as `(x / 0.01).tanh()` for \
+         `x.signum()`, has a derivative, and so have runs to a tolerance, by central differences{others}"
+    )]
+    MovingJump {
+        /// The expression that is zero at the jump.
+        argument: String,
+        /// The number of the step's middle node.
+        index: usize,
+        /// Its time.
+        time: f64,
+        /// Which derivatives the path has nevertheless; empty if none.
+        others: &'static str,
+    },
     /// The Jacobian of a step is singular.
     #[error(
         "the step about node {index} (t = {time}) has no derivative: its Jacobian is singular or not finite there; a smaller step may \

@@ -213,7 +213,12 @@ impl AnyPath<'_> {
 impl Recording<'_> {
     /// The variables after their names and indices were looked up.
     fn found(&self, variables: &[Variable<'_>]) -> Result<Vec<VariableDirection>, DerivativeError> {
-        variables.iter().map(|variable| self.find(*variable)).collect()
+        let found: Result<Vec<_>, _> = variables.iter().map(|variable| self.find(*variable)).collect();
+        let found = found?;
+        for parameter in found.iter().filter_map(|variable| variable.parameter) {
+            self.has_derivative_by(parameter)?;
+        }
+        Ok(found)
     }
 
     fn find(&self, variable: Variable<'_>) -> Result<VariableDirection, DerivativeError> {

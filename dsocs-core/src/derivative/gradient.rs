@@ -284,6 +284,9 @@ fn backward(
 ) -> Result<AnyGradient, DerivativeError> {
     let motion = &recording.motion()?;
     let (n, count) = (motion.dimension(), motion.equations.parameters);
+    for parameter in 0..count {
+        recording.has_derivative_by(parameter)?;
+    }
     let (mut rooms, mut block) = (Rooms::default(), Block::default());
     let mut costs = Costs {
         cost,

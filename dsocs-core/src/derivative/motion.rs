@@ -7,10 +7,12 @@ use super::changed::{DerivativesAtChange, StepAcrossChange};
 use super::error::DerivativeError;
 use super::memory::{Checkpoints, RecordedSteps};
 use super::start::{AppliedStart, ContinuousSolution, StartDerivatives};
+use crate::flow::discrete::Discrete;
 use crate::kernel::clock::Clock;
+use crate::regularity::undefined;
 use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
-use crate::tape::{Eight, Source};
+use crate::tape::{Eight, Leaf, Source};
 
 /// A stretch of a path with constant inputs.
 pub(super) struct Stretch {
@@ -18,6 +20,50 @@ pub(super) struct Stretch {
     pub from: usize,
     /// The values of the parameters.
     pub values: Vec<f64>,
+}
+
+/// A jump of the acceleration at a time that the motion does not move.
+pub(super) struct JumpInTime {
+    /// The number of the argument that is zero there.
+    pub argument: usize,
+    /// The parameters that move it, by their indices.
+    pub parameters: Vec<usize>,
+    /// The error of a derivative by one of them.
+    pub error: DerivativeError,
+}
+
+impl JumpInTime {
+    /// The jump in the last step of a flow, about the node `index`.
+    ///
+    /// # Errors
+    ///
+    /// [`DerivativeError::MovingJump`] if its place depends on the motion.
+    pub fn of(flow: &Discrete<'_>, argument: usize, index: usize) -> Result<Self, DerivativeError> {
+        let declaration = flow.declaration();
+        let found = declaration.argument(argument, &|leaf| undefined::named(&declaration, leaf));
+        let (text, leaves) = found.map_or_else(Default::default, |found| (found.text, found.leaves));
+        let jump = |others| DerivativeError::MovingJump {
+            argument: text.clone(),
+            index,
+            time: Clock::even(flow.computed_start.t0, flow.run_state.h).time_of(index as u64),
+            others,
+        };
+        let parameter = |leaf: &Leaf| match leaf {
+            Leaf::Parameter(place) => Some(*place),
+            _ => None,
+        };
+        if leaves
+            .iter()
+            .any(|(leaf, _)| !matches!(leaf, Leaf::T | Leaf::Parameter(_)))
+        {
+            return Err(jump(""));
+        }
+        Ok(Self {
+            argument,
+            parameters: leaves.iter().filter_map(|(leaf, _)| parameter(leaf)).collect(),
+            error: jump("; the tangents by other variables are those of the motion"),
+        })
+    }
 }
 
 /// The steps of a path.
@@ -32,6 +78,8 @@ pub(super) struct Recording<'s> {
     pub accelerated: Option<ContinuousSolution>,
     /// The stretches of constant inputs; the first begins with the start.
     pub stretches: Vec<Stretch>,
+    /// The jumps of the acceleration, each argument once.
+    pub jumps: Vec<JumpInTime>,
     /// The inputs, as indices of parameters.
     pub inputs: Vec<usize>,
     /// The number of steps.
@@ -68,6 +116,13 @@ impl Recording<'_> {
         } else {
             self.stretches.len()
         }
+    }
+
+    /// Whether there is a derivative by a parameter: not if it moves a jump of the acceleration.
+    pub fn has_derivative_by(&self, parameter: usize) -> Result<(), DerivativeError> {
+        let moves = |jump: &&JumpInTime| jump.parameters.contains(&parameter);
+        let jump = self.jumps.iter().find(moves);
+        jump.map_or(Ok(()), |jump| Err(jump.error.clone()))
     }
 
     /// The data from which derivatives are computed.

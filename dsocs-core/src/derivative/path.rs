@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use super::error::DerivativeError;
 use super::memory::{Checkpoints, RecordedSteps, record_last};
-use super::motion::{Recording, Stretch};
+use super::motion::{JumpInTime, Recording, Stretch};
 use super::start::{AppliedStart, ContinuousSolution};
 use crate::error::SetupError;
 use crate::flow::discrete::{Discrete, values_of};
@@ -72,7 +72,8 @@ impl<'s, const N: usize> Path<'s, N> {
     /// # Errors
     ///
     /// [`DerivativeError::Run`] with the errors of [`crate::Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is
-    /// less than a step away; [`DerivativeError::Jump`] if a step has no root but a jump.
+    /// less than a step away; [`DerivativeError::Jump`] if a step has no root but a jump; [`DerivativeError::MovingJump`] if the acceleration jumps
+    /// at a place of the motion.
     pub fn new<S: System<N>>(
         system: &'s S,
         h: f64,
@@ -106,7 +107,8 @@ impl<'s, const N: usize> Path<'s, N> {
     /// # Errors
     ///
     /// [`DerivativeError::Run`] with the errors of [`crate::Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`];
-    /// [`DerivativeError::Jump`] if a step has no root but a jump; [`DerivativeError::NoLegs`] without values;
+    /// [`DerivativeError::Jump`] if a step has no root but a jump; [`DerivativeError::MovingJump`] if the acceleration jumps at a place of the
+    /// motion; [`DerivativeError::NoLegs`] without values;
     /// [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic constraints.
     pub fn plan<S: System<N>, const U: usize>(
         system: &'s S,
@@ -365,6 +367,8 @@ struct Recorder<'s> {
     accelerated: Option<ContinuousSolution>,
     /// The stretches of constant inputs.
     stretches: Vec<Stretch>,
+    /// The jumps of the acceleration, each argument once.
+    jumps: Vec<JumpInTime>,
     /// The number of coordinates, and the number of unknowns of a step.
     sizes: [usize; 2],
     /// The number of steps for which there is memory.
@@ -398,6 +402,7 @@ impl<'s> Recorder<'s> {
             increment: flow.run_state.vectors.increment().to_vec(),
             accelerated,
             stretches: vec![stretch(0, flow)],
+            jumps: Vec::new(),
             sizes,
             window,
             length: 0,
@@ -421,6 +426,11 @@ impl<'s> Recorder<'s> {
             let index = self.length + 1;
             let time = flow.clock().time();
             return Err(DerivativeError::Jump { index, time });
+        }
+        for &argument in flow.jumped() {
+            if !self.jumps.iter().any(|known| known.argument == argument) {
+                self.jumps.push(JumpInTime::of(flow, argument, self.length + 1)?);
+            }
         }
         record_last(&mut self.record, flow);
         self.length += 1;
@@ -454,6 +464,7 @@ impl<'s> Recorder<'s> {
                 },
                 accelerated: self.accelerated,
                 stretches: self.stretches,
+                jumps: self.jumps,
                 inputs: Vec::new(),
                 length: self.length,
                 record: self.record,

@@ -348,7 +348,12 @@ impl fmt::Display for JumpText<'_> {
             return write!(
                 f,
                 "`{function}` has a corner or a jump there, and {user} depends on it. Use a smooth interpolation: `Samples::monotone` or \
-                 `Samples::cubic` for `Samples::linear`, and in a function of your own a smooth one for `if`, `min`, `max` or `abs`"
+                 `Samples::cubic` for `Samples::linear`{}, and in a function of your own a smooth one for `if`, `min`, `max` or `abs`",
+                if function.ends_with(".at") {
+                    " (at the end of a table with a slope: add samples until it is level)"
+                } else {
+                    ""
+                }
             );
         }
         let place = match switch {

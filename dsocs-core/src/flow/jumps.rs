@@ -15,7 +15,7 @@ use crate::run::Unresolved;
 use crate::solve::{Vector, rotation};
 use crate::start::ComputedStart;
 use crate::start::place::{MotionPath, Place};
-use crate::step::crossing::StepPath;
+use crate::step::crossing::{Change, StepPath};
 use crate::step::jumps;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
@@ -34,6 +34,8 @@ pub(super) struct ArgumentSigns {
     signs: Vec<f64>,
     /// The index of the step that follows this path.
     index: u64,
+    /// The numbers of the arguments with which the acceleration jumps on this path ([`Crossing::switch`](crate::step::switches::Crossing::switch)).
+    jumped: Vec<usize>,
 }
 
 /// The conditions of a step.
@@ -42,7 +44,7 @@ pub(super) struct StepConditions<'a> {
     /// The pieces of the arguments of functions that jump with the velocity, at the beginning of the step;
     /// those between rest. Empty if none rests.
     pub(super) before: &'a [Piece],
-    /// Their pieces at the end of the step.
+    /// Their pieces at the end of the step, if each side acts on its own part of the step; else empty.
     pub(super) after: &'a [Piece],
     /// The old values of inputs that change at its middle node.
     pub(super) inputs: Option<&'a [f64]>,
@@ -57,15 +59,14 @@ impl StepConditions<'_> {
     }
 
     /// Whether the change of sign of an argument in a step is examined, given the argument's number and its value at the end of the step.
-    /// That of an argument that rests, comes to rest or is released is not; nor is that of one that keeps its side, since just after a
-    /// release an argument is near zero.
+    /// That of an argument that rests or is released is not, nor any whose sides act on their own parts of the step; nor is that of one that
+    /// keeps its side, since just after a release an argument is near zero.
     fn is_examined(&self, switch: usize, last: f64) -> bool {
         let Some(before) = self.before.get(switch) else {
             return true;
         };
-        let after = self.after.get(switch).copied();
-        let after = after.unwrap_or_else(|| Piece::of(last));
-        *before != after && *before != Piece::Between && after != Piece::Between
+        let has_parts = switch < self.after.len();
+        !has_parts && *before != Piece::of(last) && *before != Piece::Between
     }
 }
 
@@ -76,6 +77,7 @@ impl ArgumentSigns {
         (count > 0 || declaration.has_tables()).then(|| Self {
             signs: vec![0.0; count],
             index: 0,
+            jumped: Vec::new(),
         })
     }
 
@@ -103,6 +105,7 @@ impl Discrete<'_> {
         if switches.index != index {
             switches.forget();
         }
+        switches.jumped.clear();
         let leg = AnyLeg {
             t: self.run_state.time(),
             ..self.next_leg()
@@ -137,12 +140,15 @@ impl Discrete<'_> {
             };
             for crossing in &found {
                 any = true;
-                let jump = on.jump_at(*crossing);
-                if jump > jumps::REPORTED && jump.is_finite() && number == 1 && resolves(&on, crossing.parts)
+                let Change { size, is_jump } = on.change_at(*crossing);
+                if is_jump {
+                    switches.jumped.push(crossing.switch);
+                }
+                if size > jumps::REPORTED && size.is_finite() && number == 1 && resolves(&on, crossing.parts)
                 {
                     continue;
                 }
-                part = part.max(jump);
+                part = part.max(size);
             }
             // a jump that is reported is enough; without one, features narrower than the step may lie at or
             // beside the change of sign
@@ -161,6 +167,13 @@ impl Discrete<'_> {
             Unresolved::count(&mut self.unresolved, time, part);
         }
         any
+    }
+
+    /// The numbers of the arguments with which the acceleration jumps in the last step ([`Crossing::switch`](crate::step::switches::Crossing::switch)).
+    pub(crate) fn jumped(&self) -> &[usize] {
+        let switches = self.switches.as_ref();
+        let examined = switches.filter(|switches| switches.index == self.run_state.index());
+        examined.map_or(&[], |switches| &switches.jumped)
     }
 
     /// Whether the equations of a step jump as its nodes are moved a little along the motion: then they are evaluated at the middle node, on one

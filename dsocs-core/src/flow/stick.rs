@@ -363,7 +363,7 @@ impl Discrete<'_> {
         guess: &[f64],
         none: bool,
     ) -> Option<Result<StepReport, StepError>> {
-        let (solution, is_declared) = {
+        let (solution, is_declared, only_crosses) = {
             let contact = self.contact(self.declaration(), contacts);
             let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
             let is_declared =
@@ -373,10 +373,11 @@ impl Discrete<'_> {
             if self.passes_fork(contacts, &solution) {
                 return Some(Err(self.forked()));
             }
-            if contact.only_crosses(&solution) && !(none && is_root) {
+            let only_crosses = contact.only_crosses(&solution);
+            if only_crosses && !(none && is_root) {
                 return None;
             }
-            (solution, is_declared)
+            (solution, is_declared, only_crosses)
         };
         if !solution.rests() && !solution.switches {
             let z = self
@@ -399,7 +400,8 @@ impl Discrete<'_> {
         let index = self.run_state.index();
         let span = StepConditions {
             before: &contacts.pieces,
-            after: &solution.pieces,
+            // the turns of such a motion are of first order in other steps
+            after: if only_crosses { &[] } else { &solution.pieces },
             inputs: None,
         };
         self.look_for_jumps(span, &solution.e);

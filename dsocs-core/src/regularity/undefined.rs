@@ -162,7 +162,7 @@ pub(crate) fn overflowing(declaration: &Declaration<'_>, point: AnyPoint<'_, f64
 }
 
 /// The name of a quantity in a declaration.
-fn named(declaration: &Declaration<'_>, leaf: Leaf) -> String {
+pub(crate) fn named(declaration: &Declaration<'_>, leaf: Leaf) -> String {
     let coordinate = |i: usize| {
         let known = declaration.coordinates().get(i);
         known.map_or_else(|| "?".to_owned(), |known| known.name.clone().into_owned())

@@ -20,12 +20,12 @@
 ///   degree 5, as at a multiple zero. A [`ComposedFlow`](crate::ComposedFlow) examines accelerations in this way. So a pulse
 ///   in a user's function between two of the examined places may be missed.
 ///
-/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and
-/// the run goes on. If these have no solution, because a function jumps over it, the node is that of the jump, and the step
+/// The usual case is dry friction that changes its direction within a step, on a surface that does not move. The nodes still obey the discrete
+/// equations, and the run goes on. If these have no solution, because a function jumps over it, the node is that of the jump, and the step
 /// is counted, too ([`Stop::Jump`](crate::Stop::Jump)). Steps in which friction stops a mass, holds it
-/// ([`Stop::Sticks`](crate::Stop::Sticks)) or releases it are not counted, since they do not lower the order: the forces
-/// before and after the event act on their parts of the step. They are counted if another function jumps in them, such as a
-/// force whose jump releases the mass.
+/// ([`Stop::Sticks`](crate::Stop::Sticks)) or releases it are not counted, nor are those in which it changes its direction on a surface that
+/// moves, since they do not lower the order: the forces before and after the event act on their parts of the step. They are counted if another
+/// function jumps in them, such as a force whose jump releases the mass.
 ///
 /// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub struct Unresolved {
     /// The largest jump, relative to the acceleration, or deviation from the straight line, relative to the change of the
     /// momentum over the step \[1\]; infinite where no motion continues, or the velocity has to jump.
     pub largest: f64,
+    /// The time of the middle node of the step with the largest jump or deviation, the first of these if there are several.
+    pub largest_at: f64,
 }
 
 impl Unresolved {
@@ -46,15 +48,23 @@ impl Unresolved {
             steps: 0,
             first: time,
             largest: 0.0,
+            largest_at: time,
         });
         counted.steps += 1;
-        counted.largest = counted.largest.max(part);
+        counted.take_larger(part, time);
     }
 
     /// Adds the steps of a later run.
     pub(crate) fn add(counted: &mut Option<Self>, other: Self) {
         let counted = counted.get_or_insert(Self { steps: 0, ..other });
         counted.steps += other.steps;
-        counted.largest = counted.largest.max(other.largest);
+        counted.take_larger(other.largest, other.largest_at);
+    }
+
+    /// Takes a jump or deviation, if it is larger than those before.
+    fn take_larger(&mut self, part: f64, time: f64) {
+        if part > self.largest {
+            (self.largest, self.largest_at) = (part, time);
+        }
     }
 }

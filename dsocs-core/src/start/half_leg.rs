@@ -8,7 +8,7 @@ use crate::regularity::resting::AtPoint;
 use crate::regularity::sticking;
 use crate::solve::Vector;
 use crate::solve::rotation;
-use crate::step::switches::{Crossing, NONE};
+use crate::step::switches::Crossing;
 use crate::tape::declaration::Declaration;
 
 /// Largest number of arrivals at zero, for each argument.
@@ -51,8 +51,7 @@ pub(crate) fn mean_acceleration(
         };
         let end = arguments(1.0);
         let arrives = (0..zero.len()).filter(|&g| sides[g] * end[g] < 0.0);
-        let place =
-            |g: usize| Crossing::found(NONE, [0.0, 1.0], |part| sides[g] * arguments(part)[g]).parts[1];
+        let place = |g: usize| Crossing::found(g, [0.0, 1.0], |part| sides[g] * arguments(part)[g]).parts[1];
         let arrivals: Vec<(usize, f64)> = arrives.map(|g| (g, place(g))).collect();
         let Some(first) = arrivals.iter().map(|(_, part)| *part).reduce(f64::min) else {
             let change = v.iter().zip(&a).zip(v0).map(|((v, a), v0)| (v - v0) + left * a);

@@ -112,6 +112,14 @@ impl Acceleration {
     }
 }
 
+/// The change of the acceleration at a place, relative to itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Change {
+    pub(crate) size: f64,
+    /// Whether the acceleration jumps there; else it is continuous, with a rate that is large or has no bound.
+    pub(crate) is_jump: bool,
+}
+
 impl StepPath<'_> {
     /// The declaration that holds at a part of the path.
     fn declaration(&self, part: f64) -> Declaration<'_> {
@@ -240,23 +248,24 @@ impl StepPath<'_> {
         Some(if swings { peak / size.max(of_ends) } else { 0.0 })
     }
 
-    /// The jump of the acceleration where an argument changes its sign, relative to itself: the largest of
+    /// The change of the acceleration where an argument changes its sign, relative to itself: the largest of
     /// all components. Infinite if the acceleration has no value, or grows without bound, or the velocity has
     /// to jump.
-    pub(crate) fn jump_at(&self, Crossing { switch, parts }: Crossing) -> f64 {
-        let jump = self.jump_between(switch, parts);
-        if jump.is_finite() {
-            return if jump <= jumps::REPORTED {
-                self.near_jump(parts).max(self.root_at(switch, parts))
-            } else {
-                jump
+    pub(crate) fn change_at(&self, Crossing { switch, parts }: Crossing) -> Change {
+        let mut size = self.jump_between(switch, parts);
+        if size <= jumps::REPORTED {
+            return Change {
+                size: self.near_jump(parts).max(self.root_at(switch, parts)),
+                is_jump: false,
             };
         }
         let [before, after] = [parts[0] - LOST, parts[1] + LOST];
-        if self.is_bounded([before, after]) {
-            self.jump_between(switch, [before, after])
-        } else {
-            jump
+        if size == f64::INFINITY && self.is_bounded([before, after]) {
+            size = self.jump_between(switch, [before, after]);
+        }
+        Change {
+            size,
+            is_jump: size > jumps::REPORTED,
         }
     }
 

@@ -4,7 +4,7 @@
 //! that lasts a third of the step. Their places are known, and so is the one at which the table deviates most
 //! from the interpolation through the nodes.
 
-use super::switches::{Crossing, MOST, NONE};
+use super::switches::{Crossing, MOST};
 use crate::samples::{BENDS, Samples};
 use crate::start::place::MotionPath;
 use crate::tape::declaration::Declaration;
@@ -72,7 +72,7 @@ pub(super) fn bends(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> Vec
                     .get(table)
                     .map_or(f64::NAN, |at| side * (knot - at.argument))
             };
-            Some(Crossing::found(NONE, [0.0, 1.0], left))
+            Some(Crossing::found(declaration.switches() + table, [0.0, 1.0], left))
         })
         .collect()
 }

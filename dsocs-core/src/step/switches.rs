@@ -52,13 +52,10 @@ pub(crate) const MOST: f64 = 32.0;
 /// An argument that would be zero after this many steps, at its last rate of change, may be zero in the next.
 const NEAR: f64 = 1.5;
 
-/// The number that stands for no argument.
-pub(crate) const NONE: usize = usize::MAX;
-
 /// A change of sign of an argument on a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
-    /// The number of the argument; [`NONE`] for a corner of a table.
+    /// The number of the argument; the arguments of tables are numbered after those of piecewise expressions.
     pub(crate) switch: usize,
     /// Parts of the path before the place and after it, close together.
     pub(crate) parts: [f64; 2],

@@ -6,9 +6,12 @@ use crate::number::scalar::Scalar as _;
 use crate::samples::Samples;
 use crate::solve::rotation;
 use crate::tape::Shape;
-use crate::tape::origin::{Origin, large, origin, without_derivative};
+use crate::tape::origin::{Origin, large, origin, result, without_derivative};
 use crate::tape::quantity::Quantity;
 use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
+
+/// The numbers of a table of samples among the results of [`Segment::Tables`]: its place, whether it is differentiated, its argument.
+const TABLE: usize = 3;
 
 /// A table of samples, evaluated at a point of a motion.
 #[derive(Clone, Copy, Debug)]
@@ -734,6 +737,16 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Switches, Part::All, &at)
     }
 
+    /// The expression of an argument with its leaves: that of a piecewise function, or after all of these that of a table of samples.
+    #[cold]
+    pub(crate) fn argument(&self, number: usize, name: &dyn Fn(Leaf) -> String) -> Option<Origin> {
+        let of = match number.checked_sub(self.switches()) {
+            None => (Segment::Switches, number),
+            Some(table) => (Segment::Tables, TABLE * table + TABLE - 1),
+        };
+        result(self.source, of, &leaves(self, &At::NOWHERE), name)
+    }
+
     /// Whether there are tables of samples.
     pub(crate) fn has_tables(&self) -> bool {
         self.count(Segment::Tables, Part::All) > 0
@@ -749,7 +762,7 @@ impl<'s> Declaration<'s> {
             ..At::NOWHERE
         };
         let all = self.all(Segment::Tables, Part::All, &at);
-        let tables = all.chunks_exact(3).filter_map(|table| {
+        let tables = all.chunks_exact(TABLE).filter_map(|table| {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,

@@ -13,11 +13,12 @@ const LONG: usize = 90;
 /// Largest depth of nested operations in a shortened expression.
 const DEEP: usize = 9;
 
-/// An expression without a finite value whose operands are finite; or a divisor that is zero.
+/// An expression of a declaration; of a number that is not finite, the one without a finite value whose operands are finite, or a divisor that is
+/// zero.
 pub(crate) struct Origin {
     /// The expression as in a declaration, shortened if it is long.
     pub(crate) text: String,
-    /// Its value: infinite, not a number, or zero for a divisor.
+    /// Its value; of a number that is not finite, infinite, not a number, or zero for a divisor.
     pub(crate) value: f64,
     /// Its leaves with their values, each once.
     pub(crate) leaves: Vec<(Leaf, f64)>,
@@ -107,6 +108,24 @@ pub(crate) fn without_derivative(
         text: shortened(&ops, place, name),
         value: values[place],
         leaves: of(place),
+    })
+}
+
+/// A result of a segment, by its number.
+pub(crate) fn result(
+    source: &dyn Source,
+    (segment, number): (Segment, usize),
+    leaf: &dyn Fn(Leaf) -> f64,
+    name: &dyn Fn(Leaf) -> String,
+) -> Option<Origin> {
+    let (ops, values, results) = evaluated(source, segment, leaf)?;
+    let place = *results.get(number)?;
+    let mut leaves = Vec::new();
+    collect(&ops, place, &values, &mut leaves);
+    Some(Origin {
+        text: shortened(&ops, place, name),
+        value: values[place],
+        leaves,
     })
 }
 

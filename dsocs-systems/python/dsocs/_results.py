@@ -21,6 +21,8 @@ class Unresolved(NamedTuple):
     #: The largest difference from the force of a smooth continuation, relative to the change of the momentum
     #: over the step.
     largest: float
+    #: The time of the step with that difference.
+    largest_at: float
 
 
 class NearlySingular(NamedTuple):
@@ -81,9 +83,11 @@ def jumps(found: Unresolved, steps: int, order: int) -> str:
     third = order > 2
     if math.isinf(found.largest):
         ends = "end the run before" if third else "`tolerance` ends where the motion does"
+        place = f"within {steps} step{plural} that the run has passed, first about t = {found.first:.3f}"
+        if found.largest_at != found.first:
+            place = f"about t = {found.largest_at:.3f}, in one of {steps} steps within which something jumps, the first of them about t = {found.first:.3f}"
         return (
-            f"a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about "
-            f"t = {found.first:.3f}: what comes after depends on where the nodes lie ({ends})"
+            f"a force is infinite, or the velocity has to jump, {place}: what comes after depends on where the nodes lie ({ends})"
         )
     goes_on = "; or `tolerance`, which goes on from the place of the jump itself; estimate_error() measures what it costs"
     return (

@@ -483,11 +483,11 @@ impl PyRun {
         })
     }
 
-    /// Steps that did not resolve a jump: their number, the time of the first, the largest departure.
-    fn unresolved(&self) -> PyResult<Option<(u64, f64, f64)>> {
+    /// Steps that did not resolve a jump: their number, the time of the first, the largest departure, and its time.
+    fn unresolved(&self) -> PyResult<Option<(u64, f64, f64, f64)>> {
         self.with(|state| {
             let found = state.motion.look(|run| run.unresolved());
-            Ok(found.map(|found| (found.steps, found.first, found.largest)))
+            Ok(found.map(|found| (found.steps, found.first, found.largest, found.largest_at)))
         })
     }
 

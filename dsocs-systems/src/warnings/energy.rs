@@ -20,7 +20,8 @@ const WORK_FROM: f64 = 1e3;
 /// A growth is explained if the work of the declared forces makes at least this part of it.
 const EXPLAINED_PART: f64 = 0.5;
 
-/// The smallest defect of the energy balance that is reported, relative to the mean of its terms.
+/// The smallest defect of the energy balance that is reported, relative to the mean of its terms, and to its terms at that time: where a motion
+/// leaves an equilibrium, as `x = e^t` does, the terms grow exponentially, and with them the error of their difference, at any step.
 const LEAST_DEFECT: f64 = 0.1;
 
 /// The energy's terms are summed at every node whose number is a multiple of this, and later at fewer: after node `n` next at
@@ -35,8 +36,12 @@ pub struct Energy {
     pub is_open: bool,
     /// At the start.
     first: Option<f64>,
+    /// Its terms.
+    terms: Terms,
     /// The largest energy by absolute value, and its time.
     largest: (f64, f64),
+    /// The size of its terms about that time.
+    terms_at_largest: f64,
     /// The work of all declared forces, up to that time.
     given: f64,
     /// The work up to the last node.
@@ -114,17 +119,47 @@ struct Balance {
     /// The last nodes, the latest at the end, and the time of the first.
     last: [Moment; 3],
     start: f64,
-    /// The number of nodes, and that at which the terms are summed next.
+    /// The number of nodes.
     count: u64,
-    next: u64,
     /// The median power at the node before the middle one.
     before: Option<f64>,
     /// The work up to the middle node.
     work: f64,
-    /// The sum of the energy's terms over all nodes, those between two sums taken as the first of them, and the number of nodes.
-    terms: (f64, f64),
-    /// The largest defect of the balance since the start, the energy there, and its time.
+    /// The largest defect of the balance since the start among those that are a part of the terms, the energy there, and its time.
     missing: (f64, f64, f64),
+}
+
+/// The size of the energy's terms.
+#[derive(Default)]
+struct Terms {
+    /// The number of nodes, and that at which the terms are summed next.
+    count: u64,
+    next: u64,
+    /// Their size at the last such node.
+    latest: f64,
+    /// The sum of their size over all nodes, those between two sums taken as the first of them, and the number of nodes.
+    sum: (f64, f64),
+}
+
+impl Terms {
+    /// Looks at a node.
+    #[inline]
+    fn look<'r>(&mut self, row: &impl Fn() -> Row<'r>) {
+        if self.count == self.next {
+            self.add(&row());
+        }
+        self.count += 1;
+    }
+
+    /// Sums the terms at a node: some nodes are enough for their mean.
+    #[cold]
+    fn add(&mut self, row: &Row<'_>) {
+        let apart = TERMS_EVERY.max(self.count / TERMS_APART);
+        let (sum, count) = self.sum;
+        self.latest = energy_terms(&row.declaration, &row.node);
+        self.sum = (sum + apart as f64 * self.latest, count + apart as f64);
+        self.next += apart;
+    }
 }
 
 /// The number of consecutive powers of which the median is taken.
@@ -144,27 +179,24 @@ struct Moment {
 }
 
 impl Balance {
-    /// Looks at a node, with the energy at the start.
+    /// Looks at a node, with the energy at the start and the size of the terms.
     #[inline(never)]
-    fn look<'r>(&mut self, node: &AnyNode<'_>, first: f64, row: &impl Fn() -> Row<'r>) {
-        if self.count == self.next {
-            self.sum_terms(&row());
-        }
+    fn look(&mut self, node: &AnyNode<'_>, first: f64, terms: f64) {
         self.count += 1;
         let now = Moment {
             t: node.t,
             energy: node.energy,
         };
         if self.is_constrained {
-            self.look_at_power(now, first, constraint_power(node));
+            self.look_at_power(now, (first, terms), constraint_power(node));
         } else {
-            self.compare(now, first);
+            self.compare(now, (first, terms));
         }
     }
 
     /// Looks at the power of the constraint forces at a node.
     #[inline]
-    fn look_at_power(&mut self, node: Moment, first: f64, power: f64) {
+    fn look_at_power(&mut self, node: Moment, to: (f64, f64), power: f64) {
         let [_, b, c, d, e] = self.powers;
         self.powers = [b, c, d, e, power];
         let [earlier, now, next] = self.last;
@@ -179,26 +211,16 @@ impl Balance {
             Some(before) => (now.t - earlier.t) * (power + before) / 2.0,
             None => (now.t - self.start) * power,
         };
-        self.compare(now, first);
+        self.compare(now, to);
     }
 
     /// Compares the energy at a node with that at the start and the work.
     #[inline]
-    fn compare(&mut self, now: Moment, first: f64) {
+    fn compare(&mut self, now: Moment, (first, terms): (f64, f64)) {
         let missing = (now.energy - first - self.work).abs();
-        if missing > self.missing.0 {
+        if missing > self.missing.0 && missing > LEAST_DEFECT * terms {
             self.missing = (missing, now.energy, now.t);
         }
-    }
-
-    /// Sums the energy's terms at a node: some nodes are enough for their mean.
-    #[cold]
-    fn sum_terms(&mut self, row: &Row<'_>) {
-        let apart = TERMS_EVERY.max(self.count / TERMS_APART);
-        let (sum, count) = self.terms;
-        let terms = energy_terms(&row.declaration, &row.node);
-        self.terms = (sum + apart as f64 * terms, count + apart as f64);
-        self.next += apart;
     }
 }
 
@@ -235,8 +257,10 @@ impl Energy {
         if self.is_open && (self.work.is_some() || size >= WORK_FROM * first.abs()) {
             Work::look(&mut self.work, &row());
         }
+        self.terms.look(row);
         if size > self.largest.0.abs() {
             self.largest = (energy, node.t);
+            self.terms_at_largest = self.terms.latest;
             self.given = self.work.as_ref().map_or(0.0, |work| work.sum);
         }
         // at rest the energy is rounding
@@ -244,7 +268,7 @@ impl Energy {
             self.growth.look(self.largest);
         }
         if !self.is_open {
-            self.balance.look(node, first, row);
+            self.balance.look(node, first, self.terms.latest);
         }
     }
 
@@ -254,7 +278,9 @@ impl Energy {
         if matches!(method, Method::Tolerance(_)) {
             return None;
         }
-        let exploded = |before: f64| largest.abs() >= EXPLOSION * before.abs();
+        let exploded = |before: f64| {
+            largest.abs() >= EXPLOSION * before.abs() && largest.abs() >= LEAST_DEFECT * self.terms_at_largest
+        };
         // an energy that is nearly zero at the start, as that of a pendulum that begins level with its pivot,
         // is no scale
         let (before, then) = self.growth.before[1];
@@ -286,7 +312,7 @@ impl Energy {
             ));
         }
         let (missing, energy, t) = self.balance.missing;
-        let (sum, count) = self.balance.terms;
+        let (sum, count) = self.terms.sum;
         (missing * count > LEAST_DEFECT * sum).then(|| {
             format!(
                 "warning: the energy is {energy:.3e} at t = {t}, and was {first:.3e} at the start, although nothing that is declared changes it so: \
@@ -383,6 +409,31 @@ mod tests {
         for (stiffness, pull) in [(0.0, 5.0), (0.0, 0.0), (9.0, 0.0)] {
             for until in [1.0, 300.0] {
                 assert_eq!(note(&driven(stiffness, pull), &[0.0], 0.01, until), None);
+            }
+        }
+    }
+
+    /// `x = cosh(w t)`: the energy is the small difference of two numbers that grow exponentially, as the error of a resolved motion does.
+    #[test]
+    fn a_motion_that_leaves_an_equilibrium_is_no_explosion() {
+        for text in [
+            "parameters { w = 0 } coordinates(x); lagrangian = dot(x).powi(2) / 2 + (w * x).powi(2) / 2;",
+            // beside a swing, and with a force that makes the energy open
+            "parameters { w = 0 } coordinates(x, y); lagrangian = dot(x).powi(2) / 2 + (w * x).powi(2) / 2 + dot(y).powi(2) / 2 - y * y / 2;",
+            "parameters { w = 0 } coordinates(x); lagrangian = dot(x).powi(2) / 2 + (w * x).powi(2) / 2; external_forces = 1e-9 * t.sin();",
+        ] {
+            for (w, until) in [(1.0, 30.0), (0.3, 80.0), (5.0, 12.0)] {
+                let hill = entry(text, &[("w", w)]);
+                let n = hill.kernel().shape().dimension();
+                for h in [0.1 / w, 0.013 / w, 1e-3 / w] {
+                    for x0 in [1.0, 1e-3] {
+                        let warning = note(&hill, &vec![x0; n], h, until);
+                        assert_eq!(warning, None, "{text} {w} {h} {x0}");
+                    }
+                }
+                // a step that does not resolve it
+                let warning = note(&hill, &vec![1e-3; n], 4.0 / w, until);
+                assert!(warning.is_some(), "{text} {w}");
             }
         }
     }

@@ -57,8 +57,9 @@ impl Increments {
             for (i, (increment, integral)) in increments.into_iter().zip(integrals).enumerate() {
                 self.largest[i] = self.largest[i].max(node.v[i].abs());
                 // what rests moves by rounding
-                let differs =
-                    node.stop != Stop::Sticks && (increment - integral).abs() > LEAST * h * self.largest[i];
+                let rounding = f64::EPSILON * (before.q[i].abs() + node.q[i].abs());
+                let differs = node.stop != Stop::Sticks
+                    && (increment - integral).abs() > (LEAST * h * self.largest[i]).max(rounding);
                 self.streaks[i] = if differs { self.streaks[i] + 1 } else { 0 };
                 if self.streaks[i] == LEAST_STREAK {
                     self.found = Some((i, node.t, [increment, integral]));

@@ -88,3 +88,24 @@ fn increments_that_follow_their_velocities_are_not() {
         }
     }
 }
+
+/// A displacement below the rounding of the position, beside a motion that is faster by nine orders of magnitude.
+#[test]
+fn an_increment_below_the_rounding_of_its_position_is_not() {
+    for (y0, w) in [(1.0, 1e9), (-30.0, 1e8), (1e-3, 1e10)] {
+        let text = format!(
+            "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 - {:e} * x * x / 2 + dot(y).powi(2) / 2 - y * y / 2; \
+             run {{ start = ([1, {y0}], [0, 0]); step = {:e}; until = {:e}; }}",
+            w * w,
+            0.1 / w,
+            100.0 / w
+        );
+        for order in ["4", "6"] {
+            let (warnings, _) = run(&text, &["--order", order]);
+            assert!(
+                !warnings.contains("joined by momenta"),
+                "{text} {order}: {warnings}"
+            );
+        }
+    }
+}

@@ -179,6 +179,33 @@ fn corners_of_samples_ask_for_a_smooth_interpolation() {
     }
 }
 
+/// With any interpolation, a table that ends with a slope has its corner at the last sample: the error says so, and its advice helps.
+#[test]
+fn samples_that_end_with_a_slope_have_a_corner_there() {
+    let rising = [(0.0, 1.0), (0.5, 1.1), (1.0, 1.4)];
+    let level = [
+        (0.0, 1.0),
+        (0.5, 1.1),
+        (1.0, 1.4),
+        (1.25, 1.5),
+        (1.5, 1.5),
+        (1.75, 1.5),
+    ];
+    let hangs = Start::second_order([0.0, -1.0], [0.0, 0.0]).projected();
+    let rope = |winch: Samples| TaylorFlow::new(&Rope { winch }, hangs, Tolerance::relative(1e-9))?.to(2.5);
+    for error in
+        [Samples::monotone(rising), Samples::cubic(rising)].map(|winch| rope(winch.unwrap()).unwrap_err())
+    {
+        let error = error.to_string();
+        assert!(
+            error.contains("at t = 1") && error.contains("with a slope: add samples"),
+            "{error}"
+        );
+        assert!(error.len() < 660, "{}: {error}", error.len());
+    }
+    rope(Samples::monotone(level).unwrap()).unwrap();
+}
+
 /// A potential whose exponential overflows although its quotient does not: the error names the overflowing
 /// part, and the bounded expression in its place can be run.
 #[test]

@@ -15,6 +15,7 @@ mod contacts;
 mod control_law;
 mod crossing_at_the_start;
 mod derivatives;
+mod derivatives_at_jumps;
 mod discrete;
 mod draws;
 mod driven_library;

@@ -3,7 +3,7 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
-use dsocs_core::{AnyPath, DerivativeError, Ensemble, Real, Start, Stepper, Stop, Tolerance, dsocs};
+use dsocs_core::{AnyPath, DerivativeError, Ensemble, Path, Real, Start, Stepper, Stop, Tolerance, dsocs};
 use dsocs_tests::declared;
 use dsocs_tests::short_or_long;
 use dsocs_tests::text::{Flow, System, TaylorFlow, read};
@@ -377,13 +377,37 @@ fn a_jump_has_no_derivative() {
         stiff: 4.0,
         dry: 0.6,
     };
+    // friction changes its direction
     let start = Start::second_order([1.0, -0.5], [0.0; 2]);
     let failed = AnyPath::new(read(&two), 0.01, &start.into(), 10.0).unwrap_err();
+    let DerivativeError::MovingJump {
+        argument,
+        index,
+        time,
+        ..
+    } = failed
+    else {
+        panic!("{failed}");
+    };
+    assert!(["dot(x)", "dot(y)"].contains(&&*argument), "{argument}");
+    let mut flow = Flow::new(&two, 0.01, start).unwrap();
+    while flow.unresolved().is_none() {
+        assert!(flow.advance().unwrap().stop != Stop::Jump);
+    }
+    assert_eq!(
+        (index as u64, time),
+        (flow.index() - 1, flow.unresolved().unwrap().first)
+    );
+    assert!(AnyPath::new(read(&two), 0.01, &start.into(), time - 0.02).is_ok());
+    // friction brings a mass to rest
+    let sign = Sign { k: 2.0, dry: 3.0 };
+    let start = Start::second_order([0.3], [1.0]);
+    let failed = Path::new(&sign, 0.01, start, 10.0).unwrap_err();
     let DerivativeError::Jump { index, time } = failed else {
         panic!("{failed}");
     };
-    let mut flow = Flow::new(&two, 0.01, start).unwrap();
+    let mut flow = Flow::new(&sign, 0.01, start).unwrap();
     while flow.advance().unwrap().stop != Stop::Jump {}
     assert_eq!((index as u64, time), (flow.index() - 1, flow.node().t));
-    assert!(AnyPath::new(read(&two), 0.01, &start.into(), time - 0.02).is_ok());
+    assert!(Path::new(&sign, 0.01, start, time - 0.02).is_ok());
 }

@@ -394,3 +394,26 @@ fn a_quotient_with_few_digits_does_not_jump() {
         }
     }
 }
+
+/// A force jumps at x = 1, and later the potential at x = 2, where the velocity has to jump: the time of the worst step is its own.
+#[test]
+fn the_largest_jump_has_its_own_time() {
+    let text = Text::parse(
+        "jumps",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 0.1 * (x - 2).signum(); external_forces = 0.05 * (x - 1).signum();",
+    )
+    .unwrap();
+    // at constant forces: t = 1.0263 at x = 1, and with v = 0.9487 there, one more unit in 1.0266
+    let v1 = (1.0_f64 - 0.1).sqrt();
+    let first = (1.0 - v1) / 0.05;
+    let second = first + ((v1 * v1 + 0.1).sqrt() - v1) / 0.05;
+    for h in [0.01, 0.003] {
+        let start = dsocs_core::AnyStart::second_order(&[0.0], &[1.0]);
+        let mut flow = dsocs_core::AnyFlow::new(&text.system, h, &start).unwrap();
+        flow.run_mut().to(2.5).unwrap();
+        let found = flow.run().unresolved().unwrap();
+        assert_eq!((found.steps, found.largest), (2, f64::INFINITY), "{found:?}");
+        assert!((found.first - first).abs() < 2.0 * h, "{found:?} {first}");
+        assert!((found.largest_at - second).abs() < 2.0 * h, "{found:?} {second}");
+    }
+}

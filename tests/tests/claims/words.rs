@@ -245,6 +245,27 @@ fn two_solutions_are_told_with_their_distance() {
     assert!(!message.contains("close"), "{message}");
 }
 
+/// Two roots of a constraint of power that come close to each other, where nothing can be divided out: the error names a smaller step among what
+/// to try, and it helps.
+#[test]
+fn a_smaller_step_is_among_what_two_solutions_ask_for() {
+    let text = dsocs_core::text::Text::parse(
+        "two",
+        "parameters { delta = 1e-6 } coordinates(x, th); lagrangian = dot(x).powi(2) / 2 + dot(th).powi(2) / 2; \
+         let V = dot(x).powi(2) / 2; kinematic = dot(V) + 0.25 * (1 - delta) * t.sin(); constraint_forces = [(1, 0)];",
+    )
+    .unwrap();
+    let start = dsocs_core::AnyStart::second_order(&[0.0, 0.5], &[1.0, 0.0]);
+    let run = |h: f64| {
+        let mut flow = dsocs_core::AnyFlow::new(&text.system, h, &start).unwrap();
+        flow.run_mut().to(5.0)
+    };
+    let error = run(0.01).unwrap_err();
+    assert_eq!(error.step_failure(), Some(StepFailure::AmbiguousRoot));
+    assert!(error.to_string().contains("try a smaller h"), "{error}");
+    run(0.001).unwrap();
+}
+
 declared! {
     /// A mass on a cone, without a slope at the tip.
     struct Cone;

@@ -442,6 +442,50 @@ fn stops_and_releases_on_moving_surfaces_cost_no_order() {
     scenes(count, 0.02, ratio, places);
 }
 
+/// A change of direction on a surface that moves is solved with both sides, each on its part of the step: the order stays 2, and the step is not
+/// counted. (Contact 1 is that of two blocks, the one that does not move with time or place.)
+#[test]
+fn a_change_of_direction_on_a_moving_surface_costs_no_order() {
+    let (count, places) = short_or_long((6, 6), (100, 10));
+    let mut random = Random::new(515);
+    let (mut done, mut crossings, mut least, mut low) = (0, 0, [f64::INFINITY; 2], 0);
+    while done < count {
+        let contacts = 1 + random.below(2);
+        let Some(scene) = stacks(&mut random, contacts, &[0.0])
+            .filter(|scene| scene.has_event(Kind::Crossing) && scene.system.dry[1] == 0.0)
+        else {
+            continue;
+        };
+        done += 1;
+        let own = scene
+            .motion
+            .events
+            .iter()
+            .filter(|event| event.2 == Kind::Crossing);
+        crossings += own.count();
+        let errors = |h: f64| {
+            let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
+            let errors = scene.errors(&mut flow, h, &[], |_| ());
+            assert_eq!(flow.unresolved(), None, "{done} {h}: {:?}", scene.motion.events);
+            errors
+        };
+        let ratio = 1.37_f64;
+        let orders = orders_of(&scene.steps(1.0, 0.02, ratio), |h| {
+            let all = (0..places).map(|place| errors(h * ratio.powf(-f64::from(place) / f64::from(places))));
+            all.fold([0.0, 0.0], |most, errors| {
+                [most[0].max(errors[0]), most[1].max(errors[1])]
+            })
+        });
+        println!("{done}: {orders:.3?} {:?}", scene.motion.events);
+        low += usize::from(!orders.iter().all(|order| *order >= 1.9));
+        for (least, order) in least.iter_mut().zip(orders) {
+            *least = least.min(order);
+        }
+    }
+    println!("{crossings} crossings in {done} scenes; least orders {least:.2?}");
+    assert_eq!(low, 0, "{least:?}");
+}
+
 /// The largest errors of a Taylor flow against the reference, on a grid of 301 nodes.
 fn taylor_errors<S: System<N>, const N: usize>(scene: &RandomScene<S, N>, tolerance: f64) -> [f64; 2] {
     let flow = TaylorFlow::new(&scene.system, scene.start(), Tolerance::relative(tolerance)).unwrap();

@@ -96,6 +96,7 @@ pub(super) fn jump_warning(
         steps,
         first,
         largest,
+        largest_at,
     }: Unresolved,
     third: bool,
     method: Method,
@@ -109,10 +110,18 @@ pub(super) fn jump_warning(
             "`--tolerance` goes on from the place of the jump itself; or a smaller `--step`; `--estimate-error` measures what it costs",
         ]
     };
-    let (plural, first) = (if steps == 1 { "" } else { "s" }, written_time(first));
+    let plural = if steps == 1 { "" } else { "s" };
+    let [first, worst] = [first, largest_at].map(written_time);
     if largest.is_infinite() {
+        let place = if worst != first {
+            format!(
+                "about t = {worst}, in one of {steps} steps within which something jumps, the first of them about t = {first}"
+            )
+        } else {
+            format!("within {steps} step{plural} that the run has passed, first about t = {first}")
+        };
         return format!(
-            "warning: a force is infinite, or very large for a short time, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first}: what \
+            "warning: a force is infinite, or very large for a short time, or the velocity has to jump, {place}: what \
              comes after depends on where the nodes lie ({ends})"
         );
     }
