@@ -349,8 +349,8 @@ impl fmt::Display for JumpText<'_> {
                 f,
                 "`{function}` has a corner or a jump there, and {user} depends on it. Use a smooth interpolation: `Samples::monotone` or \
                  `Samples::cubic` for `Samples::linear`{}, and in a function of your own a smooth one for `if`, `min`, `max` or `abs`",
-                if function.ends_with(".at") {
-                    " (at the end of a table with a slope: add samples until it is level)"
+                if function.strip_suffix(".at").is_some() {
+                    " (at the end of a table: add level samples)"
                 } else {
                     ""
                 }

@@ -198,7 +198,7 @@ fn samples_that_end_with_a_slope_have_a_corner_there() {
     {
         let error = error.to_string();
         assert!(
-            error.contains("at t = 1") && error.contains("with a slope: add samples"),
+            error.contains("at t = 1") && error.contains("at the end of a table: add level samples"),
             "{error}"
         );
         assert!(error.len() < 660, "{}: {error}", error.len());
