@@ -421,15 +421,14 @@ impl Integrator {
         }
         let mut wanted = self.length(equations, &sizes);
         let mut is_rough = false;
-        // false also for a NaN
-        let is_long_enough = wanted >= smallest;
-        if (self.is_new || (!is_long_enough && Self::is_at_switch(equations, smallest)))
+        let is_short = |wanted: f64| wanted.is_nan() || wanted < smallest;
+        if (self.is_new || (is_short(wanted) && Self::is_at_switch(equations, smallest)))
             && let Some(length) = self.begin_roughly(wanted, smallest)
         {
             (wanted, is_rough) = (length, true);
         }
         self.next.set_order(self.order.next());
-        if wanted.is_nan() || wanted < smallest {
+        if is_short(wanted) {
             return self.back(if wanted > 0.0 {
                 Outcome::TooSmall(wanted)
             } else {
@@ -438,9 +437,8 @@ impl Integrator {
         }
         let way = left.abs();
         let mut trial = Trial::of(if wanted < way { wanted } else { way }, is_rough);
-        let mut has_pieces = false;
-        if let Some(watch) = &self.watch {
-            has_pieces = watch.has_pieces;
+        let has_pieces = self.watch.as_ref().is_some_and(|watch| watch.has_pieces);
+        if self.watch.is_some() {
             self.foresee_trial(equations, &mut trial, left);
         }
         loop {
