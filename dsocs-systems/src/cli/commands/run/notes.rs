@@ -113,12 +113,12 @@ pub(super) fn jump_warning(
     let plural = if steps == 1 { "" } else { "s" };
     let [first, worst] = [first, largest_at].map(written_time);
     if largest.is_infinite() {
-        let place = if worst != first {
+        let place = if worst == first {
+            format!("within {steps} step{plural} that the run has passed, first about t = {first}")
+        } else {
             format!(
                 "about t = {worst}, in one of {steps} steps within which something jumps, the first of them about t = {first}"
             )
-        } else {
-            format!("within {steps} step{plural} that the run has passed, first about t = {first}")
         };
         return format!(
             "warning: a force is infinite, or very large for a short time, or the velocity has to jump, {place}: what \
