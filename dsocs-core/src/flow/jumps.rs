@@ -59,14 +59,16 @@ impl StepConditions<'_> {
     }
 
     /// Whether the change of sign of an argument in a step is examined, given the argument's number and its value at the end of the step.
-    /// That of an argument that rests or is released is not, nor any whose sides act on their own parts of the step; nor is that of one that
-    /// keeps its side, since just after a release an argument is near zero.
+    /// That of an argument that rests, comes to rest or is released is not, nor any whose sides act on their own parts of the step, unless
+    /// inputs change in it; nor is that of one that keeps its side, since just after a release an argument is near zero.
     fn is_examined(&self, switch: usize, last: f64) -> bool {
         let Some(before) = self.before.get(switch) else {
             return true;
         };
-        let has_parts = switch < self.after.len();
-        !has_parts && *before != Piece::of(last) && *before != Piece::Between
+        let after = self.after.get(switch).copied();
+        let has_parts = after.is_some() && self.inputs.is_none();
+        let after = after.unwrap_or_else(|| Piece::of(last));
+        !has_parts && *before != after && *before != Piece::Between && after != Piece::Between
     }
 }
 

@@ -53,7 +53,7 @@ const BESIDE: f64 = 1e-13;
 /// Largest deviation of a resting argument from zero at the end of a step, in tolerances of the velocity.
 const LEFT: f64 = 10.0;
 
-/// A velocity is corrected by no more than this part of its size, or what the tolerance allows.
+/// A velocity is corrected by no more than the body moves, and this part, or that of the tolerance, of what the acceleration makes of it.
 const UNKNOWN: f64 = 1e-6;
 
 /// An argument that will be zero within this part of the motion's time scale counts as zero.
@@ -148,7 +148,7 @@ impl Integrator {
         // an argument whose rate by the velocity vanishes, too, holds nothing
         let largest = |x: &[f64]| x.iter().fold(0.0, |most, x| larger(most, x.abs()));
         let known_to = larger(LEFT * self.control.relative(), UNKNOWN);
-        if largest(&now.correction) > known_to * (largest(self.now.v()) + tau.abs() * largest(&a)) {
+        if largest(&now.correction) > 2.0 * largest(self.now.v()) + known_to * tau.abs() * largest(&a) {
             return false;
         }
         let forks = point.forks(&zero, multipliers, tau);

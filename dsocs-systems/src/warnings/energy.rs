@@ -257,7 +257,10 @@ impl Energy {
         if self.is_open && (self.work.is_some() || size >= WORK_FROM * first.abs()) {
             Work::look(&mut self.work, &row());
         }
-        self.terms.look(row);
+        // where a force may change the energy, its terms tell only whether a large one is a small difference
+        if !self.is_open || size >= WORK_FROM * first.abs() {
+            self.terms.look(row);
+        }
         if size > self.largest.0.abs() {
             self.largest = (energy, node.t);
             self.terms_at_largest = self.terms.latest;

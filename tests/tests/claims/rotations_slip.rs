@@ -177,13 +177,8 @@ fn a_slip_that_turns_round() {
             3.0,
             (2, bound),
         );
-        // and each run reports the jump of the force
-        assert!(
-            jumps
-                .iter()
-                .all(|jumps| jumps.is_some_and(|jumps| jumps.steps >= 2)),
-            "{jumps:?}"
-        );
+        // the sides act on their own parts of the step, so no run reports a loss of order
+        assert!(jumps.iter().all(Option::is_none), "{jumps:?}");
     }
 }
 
