@@ -508,7 +508,14 @@ impl PyRun {
             let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
             let [energy, turns, alternation, dependence, masses] =
                 state.record.warnings.notes(&names, state.method, state.h);
-            let notes = [energy, turns, alternation, dependence, masses, state.moved.clone()];
+            let notes = [
+                energy,
+                turns,
+                alternation,
+                dependence,
+                masses,
+                state.moved.clone(),
+            ];
             Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })
     }
