@@ -200,14 +200,25 @@ impl Warnings {
     /// Looks at the next node. Its row is made where more than the node itself is needed: at few nodes of a long run.
     #[inline]
     pub fn look<'r>(&mut self, node: &AnyNode<'_>, row: impl Fn() -> Row<'r>) {
-        match self.masses.as_mut().and_then(|masses| masses.look(&row())) {
-            None => self.observers.look(node, &row),
-            // a velocity that has jumped is that with which the step begins
-            Some(departing) => self.observers.look(node, &|| Row {
-                before: Some(&departing),
-                ..row()
-            }),
+        if self.masses.is_some() {
+            self.look_driven(node, &row);
+        } else {
+            self.observers.look(node, &row);
         }
+    }
+
+    /// [`Warnings::look`] in a run with inputs that change, kept apart from the others' loop.
+    #[cold]
+    fn look_driven<'r>(&mut self, node: &AnyNode<'_>, row: &dyn Fn() -> Row<'r>) {
+        let departing = self.masses.as_mut().and_then(|masses| masses.look(&row()));
+        // a velocity that has jumped is that with which the step begins
+        self.observers.look(node, &|| match &departing {
+            Some(departing) => Row {
+                before: Some(departing),
+                ..row()
+            },
+            None => row(),
+        });
     }
 
     /// Looks at the inputs alone, where nodes between this one and the last were not looked at.
