@@ -389,9 +389,11 @@ impl<'s> Composed<'s> {
             }
             let v = state.v.hi.zip(&a_before, |v, a| v + -half * a);
             let from = Place::of_phase(now + begun, before, v);
-            self.look_for_singularity(place, (from, &state), (&z, report.guess))?;
+            let is_resolved = singular::is_resolved(&a_before, &state.a);
+            self.look_for_singularity(place, (from, &state), (&z, report.guess), is_resolved)?;
             let stage = &self.run_state.stages[place];
-            let turned = stage.longest && self.step_of(stage).orientation(&z) != self.run_state.orientation;
+            let orientation = self.step_of(stage).orientation(&z);
+            let turned = stage.longest && orientation != self.run_state.orientation;
             self.run_state.stages[place].found = z;
             total = StepReport {
                 iterations: total.iterations + report.iterations,
@@ -407,7 +409,11 @@ impl<'s> Composed<'s> {
                 },
             };
             if turned {
-                self.run_state.orientation = self.reoriented(place, &state, half)?;
+                self.run_state.orientation = if is_resolved && index != since {
+                    orientation
+                } else {
+                    self.reoriented(place, &state, half)?
+                };
             }
         }
         state.v.add(&state.a.map(|a| left * a));
@@ -575,6 +581,7 @@ impl<'s> Composed<'s> {
         place: usize,
         (from, state): (Place, &State),
         (z, guess): (&[f64], Guess),
+        is_resolved: bool,
     ) -> Result<(), StageError> {
         let stage = &mut self.run_state.stages[place];
         let determinants = &mut stage.predictor.determinants;
@@ -608,7 +615,9 @@ impl<'s> Composed<'s> {
         let change = change();
         if part < 0.0 || change == DeterminantChange::Falls {
             let of_step = change == DeterminantChange::Little;
-            NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
+            if !(of_step && is_resolved) {
+                NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
+            }
         }
         if change == DeterminantChange::Falls {
             // each of the stages may pass the singularity

@@ -85,6 +85,10 @@ impl Discrete<'_> {
         if part < 0.0 || change == DeterminantChange::Falls || (begins && change == DeterminantChange::Rises)
         {
             let of_step = change == DeterminantChange::Little;
+            let run_state = &self.run_state;
+            if of_step && run_state.has_solved && singular::is_resolved(run_state.vectors.e(), e) {
+                return Ok(());
+            }
             NearlySingular::count(&mut self.nearly_singular, self.run_state.time(), of_step);
         }
         Ok(())

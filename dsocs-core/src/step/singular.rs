@@ -6,6 +6,7 @@
 
 use core::cell::Cell;
 
+use crate::number::largest;
 use crate::regularity::deficiency::{DependentRow, Singularity};
 use crate::regularity::dependence::dependent_row;
 use crate::solve::Vector;
@@ -59,6 +60,20 @@ const TOUCHES: f64 = 1e-6;
 
 /// A change of the acceleration by less than this part of itself is no jump.
 const JUMPS: f64 = 0.1;
+
+/// An acceleration that changes in a step by less than this part of its size is resolved.
+const RESOLVED: f64 = 0.25;
+
+/// Whether an acceleration, in any unit, changes little from one step to the next. Then only the equations of the step are singular in between, as where a velocity with which a
+/// constraint force turns passes zero: the determinant has the other sign in the step in which the legs before and after have opposite directions. Where a step is too long for a
+/// force, the acceleration changes its sign.
+pub(crate) fn is_resolved(before: &[f64], now: &[f64]) -> bool {
+    let size = largest(before).max(largest(now));
+    before
+        .iter()
+        .zip(now)
+        .all(|(before, now)| (now - before).abs() <= RESOLVED * size)
+}
 
 /// Distance of a component at one place from that at another.
 fn apart(one: &Determined, other: &Determined, component: usize) -> f64 {

@@ -14,6 +14,7 @@ mod constraints;
 mod contacts;
 mod control_law;
 mod crossing_at_the_start;
+mod curvature_through_rest;
 mod derivatives;
 mod derivatives_at_jumps;
 mod discrete;
