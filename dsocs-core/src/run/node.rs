@@ -207,6 +207,7 @@ impl OwnedNode {
     }
 
     /// The place into which a run writes its current node.
+    #[inline]
     pub fn as_node_mut(&mut self) -> NodeMut<'_> {
         NodeMut {
             vectors: &mut self.vectors,
@@ -220,6 +221,7 @@ impl OwnedNode {
     }
 
     /// A reference to the node.
+    #[inline]
     #[must_use]
     pub fn any(&self) -> AnyNode<'_> {
         let (q, rest) = self.vectors.split_at(self.coordinates);

@@ -4,7 +4,9 @@
     python bench/overheads.py
 
 The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, for some rounds. Times are processor times, which depend
-little on the machine's other load, and the shortest of all rounds counts. For an ensemble both the wall-clock time and the processor time of both threads are printed.
+little on the machine's other load. A processor's speed changes within seconds, by more than what is measured here: so each round compares the two sides right after each other,
+now the one first and now the other, and the medians of all rounds are printed, of the times and of their ratios. For an ensemble both the wall-clock time and the processor time
+of both threads are printed.
 
 - a run: a million steps, with all nodes kept as arrays, or only the last. In Python the nodes are looked at for warnings on the way, in Rust they are not.
 - a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a Python
@@ -73,13 +75,24 @@ def timed(work: Callable[[], object]) -> tuple[float, float]:
     return time.perf_counter() - begun, time.process_time() - worked
 
 
+def in_turn(rounds: int, *sides: Callable[[], tuple[float, float]]) -> np.ndarray:
+    """The times of all rounds and sides: an array of the shape (rounds, sides, 2). Every other round goes through the sides backwards."""
+    found = []
+    for number in range(rounds):
+        order = range(len(sides))
+        times = {side: sides[side]() for side in (order if number % 2 == 0 else reversed(order))}
+        found.append([times[side] for side in order])
+    return np.array(found)
+
+
 def compare(name: str, rounds: int, rust: Callable[[], tuple[float, float]], python: Callable[[], object], took: bool = False) -> None:
     """Prints a line: both times and their ratio."""
-    pairs = [(*rust(), *timed(python)) for _ in range(rounds)]
-    took_rust, worked_rust, took_python, worked_python = (min(column) for column in zip(*pairs))
-    for what, in_rust, in_python in ((", took", took_rust, took_python), (", worked" if took else "", worked_rust, worked_python)):
+    times = in_turn(rounds, rust, lambda: timed(python))
+    for which, what in enumerate((", took", ", worked" if took else "")):
         if took or what == "":
-            print(f"| {name}{what} | {in_rust:.4g} | {in_python:.4g} | {100 * (in_python / in_rust - 1):+.1f} % |", flush=True)
+            in_rust, in_python = np.median(times[:, :, which], axis=0)
+            more = np.median(times[:, 1, which] / times[:, 0, which]) - 1
+            print(f"| {name}{what} | {in_rust:.4g} | {in_python:.4g} | {100 * more:+.1f} % |", flush=True)
 
 
 def runs(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
@@ -130,19 +143,22 @@ def callbacks(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
             pass
 
     for name, control, question in (("returns None", silent, "kept"), ('returns `{"torque": -2 * node["v_theta"]}`', brake, "controlled")):
-        found = []
-        for _ in range(rounds):
-            alone = rust.ask(question, file, steps)[1]
-            both = timed(lambda: system.flow().until(end, control=control))[1]  # noqa: B023
-            own = timed(lambda: loop(control))[1] - timed(empty)[1]  # noqa: B023
-            found.append([1e6 * x / steps for x in (alone, both, own)])
-        alone, both, own = (min(column) for column in zip(*found))
-        print(f"| {name} | {alone:.3f} | {both:.3f} | {own:.3f} | {both - alone - own:.3f} |", flush=True)
+        times = in_turn(
+            rounds,
+            lambda: rust.ask(question, file, steps),  # noqa: B023
+            lambda: timed(lambda: system.flow().until(end, control=control)),  # noqa: B023
+            lambda: timed(lambda: loop(control)),  # noqa: B023
+            lambda: timed(empty),
+        )
+        in_rust, in_python, called, counted = 1e6 / steps * times[:, :, 1].T
+        own = called - counted
+        alone, both, own, callback = (float(np.median(x)) for x in (in_rust, in_python, own, in_python - in_rust - own))
+        print(f"| {name} | {alone:.3f} | {both:.3f} | {own:.3f} | {callback:.3f} |", flush=True)
 
 
 def main() -> None:
     asked = argparse.ArgumentParser(description="Prints the table.")
-    asked.add_argument("--rounds", type=int, default=15)
+    asked.add_argument("--rounds", type=int, default=40)
     rounds = asked.parse_args().rounds
     rust = Rust()
     print("| | Rust (s) | Python (s) | more |\n|---|---|---|---|")

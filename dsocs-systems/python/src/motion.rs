@@ -170,20 +170,15 @@ impl Motion {
         let on_a_grid = self
             .0
             .with_dependent(|_, run| !matches!(run, AnyRun::Continuous(_)));
+        let leaves_out = on_a_grid && record.every() > 1;
         self.with(|run| {
             let (begun, mut looked) = (Instant::now(), Instant::now());
             let mut some: u64 = 1;
             loop {
                 let mut left = some;
                 while left > 0 {
-                    // nodes that are not kept are not stopped at
-                    let passed = record.ahead(run.clock().index()).min(left) - 1;
-                    if passed > 0 && on_a_grid && run.clock().is_handed_out() {
-                        let clock = run.clock();
-                        let stop = clock.until(clock.time_of(clock.index() + passed))?;
-                        let is_last = is_beyond(clock, &stop, end);
-                        run.reach(if is_last { end } else { &stop })?;
-                        left -= passed;
+                    if leaves_out {
+                        left -= pass(run, end, record, left)?;
                     }
                     if !run.go_on(end)? {
                         return Ok(Reached::End);
@@ -204,6 +199,20 @@ impl Motion {
             }
         })
     }
+}
+
+/// Makes the steps to the node before the next one that is kept, at most `left` with the one to that node: nodes that are not kept are not stopped at.
+/// Returns their number.
+fn pass(run: &mut dyn Run, end: &End, record: &Record, left: u64) -> Result<u64, RunError> {
+    let clock = run.clock();
+    let passed = record.ahead(clock.index()).min(left) - 1;
+    if passed == 0 || !clock.is_handed_out() {
+        return Ok(0);
+    }
+    let stop = clock.until(clock.time_of(clock.index() + passed))?;
+    let is_last = is_beyond(clock, &stop, end);
+    run.reach(if is_last { end } else { &stop })?;
+    Ok(passed)
 }
 
 /// Whether a run whose nodes lie on a grid stands at the end.

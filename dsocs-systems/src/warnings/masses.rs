@@ -56,12 +56,27 @@ impl Masses {
     /// Looks at a node. Where the velocity has jumped at the node before, returns that node with the velocity with which the motion went on.
     #[allow(clippy::float_cmp)] // a value that is given again is the same number
     pub fn look(&mut self, row: &Row<'_>) -> Option<OwnedNode> {
+        let now = |place: usize| row.declaration.value(place);
+        let is_other = |place: usize| self.kinds.get(place) == Some(&Some(Kind::Other));
+        let mut known = self.values.iter().enumerate();
         let parameters = row.declaration.shape().parameters.len();
-        let now = (0..parameters).map(|place| row.declaration.value(place));
-        if now.clone().eq(self.values.iter().copied()) {
+        if parameters == self.values.len()
+            && known.all(|(place, value)| *value == now(place) || is_other(place))
+        {
+            let values = self.values.iter_mut().enumerate();
+            values.for_each(|(place, value)| *value = now(place));
             return None;
         }
-        let values = now.collect();
+        self.look_at_change(row)
+    }
+
+    /// Looks at a node where an input has changed whose kind is not known, or on which a velocity depends.
+    #[allow(clippy::float_cmp)] // as above
+    fn look_at_change(&mut self, row: &Row<'_>) -> Option<OwnedNode> {
+        let parameters = row.declaration.shape().parameters.len();
+        let values = (0..parameters)
+            .map(|place| row.declaration.value(place))
+            .collect();
         let before = core::mem::replace(&mut self.values, values);
         let is_changed = |place: &usize| {
             before
