@@ -644,19 +644,17 @@ impl<'e> AnyEvents<'e> {
             ..
         } = self;
         roots::crossings(&part.terms, crossings);
-        let begins = part.terms.iter().find(|c| **c != 0.0).map_or(0.0, |c| c.signum());
+        // right at the joint of two parts rounding decides on the sign, and on a change that is in neither of them
+        crossings.retain(|crossing| crossing.at >= JOINT);
+        let beside = [roots::value(&part.terms, JOINT)];
+        let begins = beside.iter().chain(&part.terms).find(|c| **c != 0.0);
+        let begins = begins.map_or(0.0, |c| c.signum());
         if *side == 0.0 {
             *side = begins;
         }
-        // a change at the joint of two parts is in neither, or by rounding also at the start of the second
-        let again = crossings.first().is_some_and(|first| first.at < JOINT);
         if begins * *side < 0.0 {
-            if again {
-                crossings.remove(0);
-            } else {
-                found.push((from, place, begins > 0.0));
-                *side = begins;
-            }
+            found.push((from, place, begins > 0.0));
+            *side = begins;
         }
         for crossing in crossings.iter() {
             // the series of the function is inaccurate by its truncation: the function itself decides

@@ -30,7 +30,11 @@ impl AnyEvents<'_> {
             (polynomial.to, polynomial.resting[1]),
         ];
         let [begins, arrives] = ends.map(|end| self.near_zero(declaration, polynomial, place, end));
-        let before = self.sides[place];
+        // at the start of a run the sign is not known before the first polynomial
+        let before = match self.sides[place] {
+            side if side == 0.0 && !begins.is_zero => begins.value.signum(),
+            side => side,
+        };
         if !begins.stays && !arrives.stays {
             let joins = polynomial.search.joins && declaration.sides() > 0 && arrives.is_zero;
             // the next polynomial shows whether the function stays zero or passes

@@ -43,6 +43,10 @@ const GROWS_SLOWLY: f64 = 2.0;
 const CLOSE: f64 = 1.0 / 32.0;
 const MOST: f64 = 0.5;
 
+/// It also nearly jumps if it changes there by more than this part of its size, and as many times more than it changes over the same length before and after.
+const RAMP: f64 = 0.02;
+const STEEP: f64 = 8.0;
+
 /// Distances from a place at which the change of an acceleration shows a root: from each of them to the next it grows by a power of the distance
 /// below [`ROOT`]. That of a smooth function, and beside a corner, is 1.
 const TOWARDS: [f64; 3] = [1e-7, 1e-5, 1e-3];
@@ -291,15 +295,36 @@ impl StepPath<'_> {
         };
         let sizes = [&first, &left, &here, &right, &last].map(|at| largest(&at.a));
         let size = sizes.into_iter().fold(0.0, f64::max);
-        // a jump too small to lower the order
-        if largest(&here.a.zip(&there.a, |here, there| there - here)) > jumps::REPORTED * size {
+        let across = left.a.zip(&right.a, |left, right| right - left);
+        // a jump that does not lower the order
+        let jump = largest(&here.a.zip(&there.a, |here, there| there - here));
+        if jump > jumps::REPORTED * size && jump > MOST * largest(&across) {
             return 0.0;
         }
-        let across = left.a.zip(&right.a, |left, right| right - left);
         let middle = left.a.zip(&right.a, |left, right| 0.5 * (left + right));
         let apart = here.a.zip(&middle, |here, middle| here - middle);
         let change = largest(&across).max(here.largest(&apart));
-        if change > MOST * size { change / size } else { 0.0 }
+        if change > MOST * size {
+            return change / size;
+        }
+        // a ramp between two corners, much steeper than the acceleration on both of its sides
+        let beside = [
+            (&first, &left, before - CLOSE - ends[0]),
+            (&right, &last, ends[1] - after - CLOSE),
+        ];
+        let slopes =
+            beside.map(|(from, to, length)| largest(&to.a.zip(&from.a, |to, from| to - from)) / length);
+        let expected = 2.0 * CLOSE * slopes[0].max(slopes[1]);
+        let is_ramp = across
+            .iter()
+            .enumerate()
+            .any(|(i, by)| by.abs() > left.error(i).max(right.error(i)));
+        let change = largest(&across);
+        if is_ramp && change > RAMP * size && change > STEEP * expected {
+            change / size
+        } else {
+            0.0
+        }
     }
 
     /// The relative change of the acceleration beside a place where its rate has no bound, as that of a root where it is zero; 0 elsewhere. On all

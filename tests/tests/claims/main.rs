@@ -83,6 +83,7 @@ mod sparse;
 mod stability;
 mod start;
 mod start_on_constraints;
+mod steep_clamps;
 mod sticking;
 mod switches;
 mod switching_rows;

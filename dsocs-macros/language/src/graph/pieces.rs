@@ -6,7 +6,7 @@
 //! `if x <= 0 { 0 } else { 1 }`.
 
 use super::{Comparison, Graph, Memory, Node, NodeId, Pass, Unary};
-use crate::hash::{HashMap, HashSet};
+use crate::hash::HashSet;
 
 /// Largest number of comparisons and absolute values in an expression that is divided into its pieces: the number of pieces may grow as a
 /// power of it.
@@ -149,26 +149,28 @@ impl Graph {
         Pieces::Either(op, sides, Box::new(pieces))
     }
 
-    /// Whether an expression is zero wherever an argument is, as the difference of a corner's two pieces.
+    /// Whether an expression is zero wherever an argument is, as the difference of a corner's two pieces. The argument is solved for a leaf, or else for a part such as a corner
+    /// within it.
     pub(crate) fn vanishes_with(&mut self, value: NodeId, argument: NodeId) -> bool {
+        // as of `min` and `max`
+        if self.ratio(value, argument).is_some() {
+            return true;
+        }
         let (terms, constant) = self.terms(argument);
-        let leaf_of = |graph: &Self, node: NodeId| match *graph.node(node) {
-            Node::Leaf(leaf) => Some(leaf),
-            _ => None,
-        };
-        let solved = terms
+        let leaf = terms
             .iter()
-            .find_map(|&(node, slope)| Some((node, slope, leaf_of(self, node)?)));
-        let Some((solved, slope, leaf)) = solved else {
+            .find(|(node, _)| matches!(self.node(*node), Node::Leaf(_)));
+        let Some(&(solved, slope)) = leaf.or(terms.first()) else {
             return false;
         };
         let others: Vec<_> = terms.iter().filter(|(node, _)| *node != solved).collect();
-        if others.iter().any(|(node, _)| self.depends_on(*node, leaf)) {
+        let is_within = |part: NodeId| self.subexpressions([part], |_| true).contains(&solved);
+        if others.iter().any(|(node, _)| is_within(*node)) {
             return false;
         }
         let others: Vec<_> = others.iter().map(|&&(node, c)| (node, -c / slope)).collect();
         let zero = self.linear(-constant / slope, &others);
-        let there = self.substitute(value, &HashMap::from_iter([(leaf, zero)]));
+        let there = self.replace(value, solved, zero);
         self.vanishes(there)
     }
 
