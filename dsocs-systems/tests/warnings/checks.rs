@@ -193,7 +193,7 @@ fn beside_a_singularity_orders_are_open() {
          let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt(); \
          kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 1; variational = [(dot(x), dot(y))]; \
          run { start = ([0, 0], [2, 0]); step = 0.01; until = 1.5; }",
-        "near to a singularity, first about t = 0.5",
+        "about t = 0.53 it passes through rest",
     );
     is_open(
         "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = dot(x).powi(3); \
