@@ -64,9 +64,9 @@ const JUMPS: f64 = 0.1;
 /// An acceleration that changes in a step by less than this part of its size is resolved.
 const RESOLVED: f64 = 0.25;
 
-/// Whether an acceleration, in any unit, changes little from one step to the next. Then only the equations of the step are singular in between, as where a velocity with which a
-/// constraint force turns passes zero: the determinant has the other sign in the step in which the legs before and after have opposite directions. Where a step is too long for a
-/// force, the acceleration changes its sign.
+/// Whether an acceleration, in any unit, changes little from one step to the next. If the determinant changes its sign there, only the equations of the
+/// step are singular, and the motion is right: so it is where a constraint force turns with the velocity, in the step in which the velocity reverses.
+/// Where a step is too long for a force, the acceleration changes its sign.
 pub(crate) fn is_resolved(before: &[f64], now: &[f64]) -> bool {
     let size = largest(before).max(largest(now));
     before

@@ -4,9 +4,9 @@
     python bench/overheads.py
 
 The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, for some rounds. Times are processor times, which depend
-little on the machine's other load. A processor's speed changes within seconds, by more than what is measured here: so each round compares the two sides right after each other,
-now the one first and now the other, and the medians of all rounds are printed, of the times and of their ratios. For an ensemble both the wall-clock time and the processor time
-of both threads are printed.
+little on the machine's other load. A processor's speed changes within seconds, by more than what is measured here. So each round compares the two sides
+right after each other, now the one first and now the other, and the medians of all rounds are printed, of the times and of their ratios. For an ensemble
+both the wall-clock time and the processor time of both threads are printed.
 
 - a run: a million steps, with all nodes kept as arrays, or only the last. In Python the nodes are looked at for warnings on the way, in Rust they are not.
 - a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a Python

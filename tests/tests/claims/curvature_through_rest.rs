@@ -1,5 +1,6 @@
-//! A particle with a prescribed curvature that gravity brings to rest and back: its path has a cusp there. In the step in which the velocity turns round the determinant of the step's
-//! equations has the other sign, though the motion is smooth in time. The reference integrates the speed along the path and the direction of the path.
+//! A particle with a prescribed curvature that gravity brings to rest and back: its path has a cusp there. In the step in which the velocity reverses, the
+//! determinant of the step's equations has the other sign, though the motion is smooth in time. The reference integrates the speed along the path and the
+//! direction of the path.
 
 use core::cell::Cell;
 

@@ -1,5 +1,5 @@
-//! Friction that saturates: a force that is linear in a slip up to a limit, with a slope so steep that it acts as a jump. However it is written, the steps in which it does so are
-//! counted; it holds nothing at rest, so no run asks how a motion goes on.
+//! Friction that saturates: a force that is linear in a slip up to a limit, with a slope so steep that it acts as a jump. Written by `min`, `max` or `abs`,
+//! the steps in which it does so are counted. It holds nothing at rest, so no run asks how a motion goes on.
 
 use dsocs_core::text::Text;
 use dsocs_core::{Flow, Start, Stepper as _};
@@ -35,7 +35,7 @@ fn counted(force: &str, h: f64) -> Result<u64, String> {
 }
 
 #[test]
-fn a_steep_clamp_is_a_jump_however_it_is_written() {
+fn a_steep_clamp_by_min_max_or_abs_is_a_jump() {
     // at the places of the slip's zeros the acceleration is about 4
     let scenes = (4.7..7.0, 0.003..0.03, 0.2..0.6, any::<bool>());
     draws::test(60, 51, scenes, &|(decades, h, friction, moves): (

@@ -149,8 +149,8 @@ impl Graph {
         Pieces::Either(op, sides, Box::new(pieces))
     }
 
-    /// Whether an expression is zero wherever an argument is, as the difference of a corner's two pieces. The argument is solved for a leaf, or else for a part such as a corner
-    /// within it.
+    /// Whether an expression is zero wherever an argument is, as the difference of a corner's two pieces. The argument is solved for a leaf, or else for
+    /// a part, such as a corner within it.
     pub(crate) fn vanishes_with(&mut self, value: NodeId, argument: NodeId) -> bool {
         // as of `min` and `max`
         if self.ratio(value, argument).is_some() {
