@@ -7,6 +7,7 @@
 
 use super::run::Composed;
 use super::stages::State;
+use crate::number::largest;
 use crate::number::point::AnyPoint;
 use crate::run::Unresolved;
 use crate::solve::Vector;
@@ -16,8 +17,11 @@ use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::StepPath;
 use crate::step::jumps;
 use crate::step::smooth::NEAR_PREDICTION;
-use crate::step::switches;
+use crate::step::switches::{self, Crossing};
 use crate::tape::declaration::Declaration;
+
+/// An acceleration at a node stands alone if it is as many times larger than those at the nodes before and after it.
+const ALONE: f64 = 8.0;
 
 /// An acceleration may vary by this many times what moves a node by one rounding, before it is examined.
 const NOISE: f64 = 8.0;
@@ -103,7 +107,7 @@ impl Composed<'_> {
             is_examined: true,
             came: vec![0.0; declaration.switches()],
             looked_at: 0,
-            next_examination: (declaration.switches() > 0 || declaration.has_tables()).then_some(0),
+            next_examination: declaration.is_switching().then_some(0),
         }));
     }
 
@@ -149,6 +153,12 @@ impl Composed<'_> {
             watch.looked_at = index;
             watch.next_examination = watch.next_examination.map(|_| index + clear.max(1));
         }
+        if let [last, before] = &watch.nodes[..]
+            && !foreseen
+            && let Some(part) = stands_alone([before, last, &here])
+        {
+            Unresolved::count(&mut self.unresolved, last.t, part);
+        }
         watch.is_examined = !foreseen;
         watch.nodes.insert(0, here);
         watch.nodes.truncate(2);
@@ -164,21 +174,15 @@ impl Composed<'_> {
         // is examined, too
         let foreseen = from.goes_on(&self.kernel.shape().rotations, to.t - from.t);
         let mut start = came.to_vec();
-        let mut part = self.jump_between([from, to], came);
-        if part.is_none()
+        let mut part = self.change_between([from, to], came);
+        if part.is_none_or(|part| part <= jumps::REPORTED)
             && let Some(to) = &foreseen
         {
-            part = self.jump_between([from, to], &mut start);
+            part = self.change_between([from, to], &mut start).or(part);
         }
         let rotations = &self.kernel.shape().rotations;
         let ends = [from.point(), to.point()];
         let path = |part: f64| Place::on_hermite(rotations, ends, part);
-        if part.is_none_or(|part| part <= jumps::REPORTED) {
-            let on = on(&path, to.t - from.t, declaration);
-            let places = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
-            let swings = places.map(|place| on.swings_at(place));
-            part = swings.filter(|swing| *swing > 0.0).reduce(f64::max).or(part);
-        }
         let clear = match part {
             Some(_) => 0,
             None => switches::clear_after(&declaration, &path),
@@ -189,11 +193,7 @@ impl Composed<'_> {
             && let Some(accelerations) = jumps::accelerations(&declaration, &path)
         {
             // a force that has found its balance varies by the rounding of the velocity, which the path has from differences of positions
-            let h = to.t - from.t;
-            let noise = |i: usize| {
-                let moves = [from, to].map(|node| node.q[i].abs().max((h * node.v[i]).abs()));
-                NOISE * jumps::rounding(h, moves[0].max(moves[1]))
-            };
+            let noise = |i: usize| noise([from, to], i);
             (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations, noise)));
         }
         if let Some(part) = part
@@ -204,26 +204,51 @@ impl Composed<'_> {
         clear
     }
 
-    /// The largest jump of the acceleration between two nodes; `None` if no argument changes its sign.
-    fn jump_between(&self, [from, to]: [&Node; 2], came: &mut [f64]) -> Option<f64> {
+    /// The largest change of the acceleration between two nodes at changes of sign of arguments, and, if it is small, at features that are
+    /// narrower than the step; `None` if there are none.
+    fn change_between(&self, [from, to]: [&Node; 2], came: &mut [f64]) -> Option<f64> {
         let (h, declaration) = (to.t - from.t, self.declaration());
-        let mut largest: Option<f64> = None;
+        let rotations = &self.kernel.shape().rotations;
+        let ends = [from.point(), to.point()];
+        let path = |part: f64| Place::on_hermite(rotations, ends, part);
+        let (mut largest, mut all) = (None, Vec::new());
         for begin in [0.0, 0.5] {
-            let rotations = &self.kernel.shape().rotations;
-            let ends = [from.point(), to.point()];
-            let half = |part: f64| Place::on_hermite(rotations, ends, begin + 0.5 * part);
+            let half = |part: f64| path(begin + 0.5 * part);
             let found = switches::crossings(declaration, &half, came, |_, _| true);
-            if found.is_empty() {
-                continue;
-            }
             let on = on(&half, h, declaration);
-            let part = found
-                .iter()
-                .fold(0.0_f64, |part, crossing| part.max(on.change_at(*crossing).size));
-            largest = Some(largest.unwrap_or(0.0).max(part));
+            let changes = found.iter().map(|crossing| on.change_at(*crossing).size);
+            largest = changes.chain(largest).reduce(f64::max);
+            all.extend(found.iter().map(|crossing| Crossing {
+                parts: crossing.parts.map(|part| begin + 0.5 * part),
+                ..*crossing
+            }));
+        }
+        if largest.is_none_or(|part| part <= jumps::REPORTED) {
+            let on = on(&path, h, declaration);
+            let narrow = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
+            let places = narrow.chain(switches::between(&all));
+            let swings = places
+                .map(|place| on.swings_at(place))
+                .filter(|swing| *swing > 0.0);
+            largest = swings.chain(largest).reduce(f64::max);
         }
         largest
     }
+}
+
+/// The rounding error of an acceleration between two nodes that is found from differences of positions.
+fn noise([from, to]: [&Node; 2], i: usize) -> f64 {
+    let h = to.t - from.t;
+    let moves = [from, to].map(|node| node.q[i].abs().max((h * node.v[i]).abs()));
+    NOISE * jumps::rounding(h, moves[0].max(moves[1]))
+}
+
+/// The part of the acceleration at the second of three nodes that neither the first nor the third has, if this is nearly all of it: the steps
+/// meet a force there of which they see nothing else.
+fn stands_alone([before, node, after]: [&Node; 3]) -> Option<f64> {
+    let [first, here, last] = [before, node, after].map(|node| largest(&node.a));
+    let noise = (0..node.a.len()).fold(0.0_f64, |most, i| most.max(noise([node, after], i)));
+    (here > ALONE * first.max(last).max(noise)).then(|| (here - first.max(last)) / here)
 }
 
 /// A path on which no body rests.

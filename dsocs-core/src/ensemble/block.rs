@@ -223,11 +223,13 @@ impl<'r, 's> Block<'r, 's> {
     fn run(mut self, observer: &mut dyn BlockObserver) {
         let mut wanted = self.next_node_wanted();
         while self.active != 0 {
+            // a lane that looks at this step says when it looks next
+            let elsewhere = self.elsewhere();
             let task = Task {
                 index: self.index,
                 last: self.before_changes(wanted),
                 active: self.active,
-                elsewhere: self.elsewhere(),
+                elsewhere,
                 since: self.since,
             };
             let made = self

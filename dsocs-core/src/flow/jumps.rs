@@ -17,7 +17,7 @@ use crate::start::ComputedStart;
 use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::{Change, StepPath};
 use crate::step::jumps;
-use crate::step::switches;
+use crate::step::switches::{self, Crossing};
 use crate::tape::declaration::Declaration;
 
 /// A place of the path of a step nearer to its middle node than this, as a part of the step, is at the node.
@@ -75,9 +75,8 @@ impl StepConditions<'_> {
 impl ArgumentSigns {
     /// The signs at the start; `None` if the declaration has no arguments to watch.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
-        let count = declaration.switches();
-        (count > 0 || declaration.has_tables()).then(|| Self {
-            signs: vec![0.0; count],
+        declaration.is_switching().then(|| Self {
+            signs: vec![0.0; declaration.switches()],
             index: 0,
             jumped: Vec::new(),
         })
@@ -155,10 +154,23 @@ impl Discrete<'_> {
             // a jump that is reported is enough; without one, features narrower than the step may lie at or
             // beside the change of sign
             if part <= jumps::REPORTED {
-                for place in
-                    switches::narrow_places(&now, path, |switch, last| span.is_examined(switch, last))
-                {
-                    part = part.max(on.swings_at(place));
+                let swings = |on: &StepPath<'_>, found: &[Crossing]| {
+                    let is_examined = |switch, last| span.is_examined(switch, last);
+                    let places = switches::narrow_places(&now, on.path, is_examined).into_iter();
+                    let swings = places
+                        .chain(switches::between(found))
+                        .map(|place| on.swings_at(place));
+                    swings.fold(0.0, f64::max)
+                };
+                part = part.max(swings(&on, &found));
+                // a force that acts at the middle node alone leads away from the path that would show it
+                if part <= jumps::REPORTED && number == 1 {
+                    let expected = |part: f64| self.between(self.run_state.vectors.e(), part);
+                    let on = StepPath {
+                        path: &expected,
+                        ..on
+                    };
+                    part = part.max(swings(&on, &[]));
                 }
             }
         }

@@ -320,6 +320,12 @@ impl Switch {
         }
     }
 
+    /// Whether the argument is zero to rounding, and by its first terms returns to zero within a time of the length `reach`.
+    pub(crate) fn turns_within(&self, reach: f64) -> bool {
+        let [_, first, second, ..] = self.coefficients;
+        self.touches() && first != 0.0 && second.abs() * reach > first.abs()
+    }
+
     /// The time until the argument vanishes, in a direction, by its first three terms.
     pub(crate) fn ends(&self, direction: f64) -> f64 {
         let [c, b, a, ..] = self.coefficients;

@@ -5,7 +5,7 @@ use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::deficiency::{self, Deficiency};
 use crate::solve::{Square, Vector, rotation};
-use crate::tape::declaration::{Declaration, TableAt};
+use crate::tape::declaration::{Declaration, Steep, TableAt};
 
 /// A place on the path of a step.
 #[derive(Clone, Debug)]
@@ -139,6 +139,11 @@ impl Place {
     /// The arguments of piecewise functions.
     pub fn arguments(&self, declaration: &Declaration<'_>) -> Vec<f64> {
         declaration.switch_arguments(self.t, &self.q, &self.v, &self.a)
+    }
+
+    /// The functions that may be flat but for a narrow feature.
+    pub fn steep(&self, declaration: &Declaration<'_>) -> Vec<Steep> {
+        declaration.steep(self.t, &self.q, &self.v, &self.a)
     }
 
     /// The tables of samples, with their arguments here.

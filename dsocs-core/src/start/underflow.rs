@@ -16,6 +16,10 @@ const LOST: f64 = 1e-10;
 /// A position or a velocity below this counts as zero, such as that of a motion that has died away.
 const NOTHING: f64 = 1e-280;
 
+/// Part of a position or a velocity, per unit of time, below which an acceleration moves nothing: a force that is far from where it acts may
+/// underflow, as that of a narrow well does.
+const STILL: f64 = 1e-100;
+
 /// Refuses equations with terms so far below the smallest normal number, 2.2e-308, that too few digits are
 /// left. The terms of a step `h` are smaller by the factor `h`; without a step, those of a series are taken.
 #[cold]
@@ -43,7 +47,8 @@ pub(crate) fn check(
     };
     let coordinates = declaration.coordinates().iter().enumerate();
     let mut wrong = coordinates.filter_map(|(i, coordinate)| {
-        let (lost, moves) = (*lost.sizes().get(i)?, q[i].abs().max(v[i].abs()) > NOTHING);
+        let (lost, largest) = (*lost.sizes().get(i)?, q[i].abs().max(v[i].abs()));
+        let moves = largest > NOTHING && lost > STILL * largest;
         // with this loss, the velocity has a relative error of 1e-6 after ten thousand steps
         let size = a[i].abs().max(h.map_or(0.0, |h| v[i].abs() / h.abs()));
         (moves && size > 0.0 && lost > LOST * size).then(|| SetupError::Underflow {

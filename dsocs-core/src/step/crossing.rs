@@ -64,6 +64,9 @@ const BESIDE: f64 = 0.25;
 /// A deviation is narrow if it is smaller than this part of itself halfway to the ends of the path: that of two lines is half of it.
 const NARROW: f64 = 0.25;
 
+/// Distance from an end of the path, as a part of it, within which the path is followed beyond.
+const AT_END: f64 = 1.0 / 8.0;
+
 /// Distance from an extremum of an argument, as a part of the path, at which the acceleration is on the one side of it or the other.
 const ABOUT: f64 = 1.0 / 64.0;
 
@@ -215,9 +218,9 @@ impl StepPath<'_> {
         })
     }
 
-    /// Deviation of the acceleration about a part of the path from the linear interpolation of its ends,
-    /// relative to the largest of the three; 0 if less than a quarter. There the step passes over a feature that it does not
-    /// resolve. Where the force of a norm turns over as the norm vanishes, the acceleration has no value, or that of either side.
+    /// Deviation of the acceleration about a part of the path from the linear interpolation of its ends, or beside an end from that of half a
+    /// path to both sides, relative to the largest of the three; 0 if less than a quarter. There the step passes over a feature that it does
+    /// not resolve. Where the force of a norm turns over as the norm vanishes, the acceleration has no value, or that of either side.
     pub(crate) fn swings_at(&self, part: f64) -> f64 {
         match self.swing(part) {
             None if !self.is_bounded([part - LOST, part + LOST]) => f64::INFINITY,
@@ -232,18 +235,26 @@ impl StepPath<'_> {
     /// at the ends has to deviate there alone: else one force has ended and another one begins, as where a body goes from one contact to
     /// the next.
     fn swing(&self, part: f64) -> Option<f64> {
-        let [Some(first), Some(here), Some(last)] = [0.0, part, 1.0].map(|part| self.acceleration(part))
+        // an end of the path may lie within the feature
+        let is_inside = (AT_END..1.0 - AT_END).contains(&part);
+        let [from, to] = if is_inside {
+            [0.0, 1.0]
+        } else {
+            [part - 0.5, part + 0.5]
+        };
+        let [Some(first), Some(here), Some(last)] = [from, part, to].map(|part| self.acceleration(part))
         else {
             return None;
         };
         let apart = |at: &Acceleration, part: f64| {
+            let part = (part - from) / (to - from);
             let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
             largest(&at.a.zip(&ends, |at, ends| at - ends))
         };
         let (size, of_ends) = (largest(&here.a), largest(&first.a).max(largest(&last.a)));
         let peak = apart(&here, part);
         let is_narrow = || {
-            [0.5 * part, 0.5 * (1.0 + part)].iter().all(|&beside| {
+            [0.5 * (from + part), 0.5 * (part + to)].iter().all(|&beside| {
                 let at = self.acceleration(beside);
                 at.is_none_or(|at| apart(&at, beside) < NARROW * peak)
             })

@@ -17,6 +17,7 @@ pub(crate) mod pair;
 pub(crate) mod singular;
 pub(crate) mod slices;
 pub(crate) mod smooth;
+mod steep;
 pub(crate) mod switches;
 
 use smallvec::smallvec;

@@ -4,12 +4,12 @@
 //! its sign on a path, the place is located to rounding. [`crossing`](super::crossing) measures what jumps
 //! there.
 
-use super::{jumps, knots};
+use super::{jumps, knots, steep};
 use crate::start::place::MotionPath;
 use crate::tape::declaration::Declaration;
 
 /// The parts of a path at which arguments are evaluated.
-const PLACES: [f64; 3] = [0.0, 0.5, 1.0];
+pub(super) const PLACES: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Largest number of bisections of a bracket.
 const HALVINGS: u32 = 48;
@@ -228,7 +228,7 @@ fn pit(values: [f64; 3]) -> Option<f64> {
 
 /// The places of a path where a feature may be narrower than the step: an argument that keeps its sign comes
 /// much nearer to zero than at both ends, so that the motion nearly meets a pole; or samples lie between the
-/// ends. `is_asked` selects arguments by number and value at the end of the path, since those of resting
+/// ends; or the argument of a steep function has a zero or an extremum. `is_asked` selects arguments by number and value at the end of the path, since those of resting
 /// bodies are zero to rounding.
 pub(crate) fn narrow_places(
     declaration: &Declaration<'_>,
@@ -238,7 +238,20 @@ pub(crate) fn narrow_places(
     let [first, middle, last] = PLACES.map(|part| path(part).arguments(declaration));
     let asked = (0..first.len()).filter(|&g| is_asked(g, last[g]));
     let pits = asked.filter_map(|g| pit([first[g], middle[g], last[g]]));
-    pits.chain(knots::hidden(declaration, path)).collect()
+    let others = [knots::hidden(declaration, path), steep::places(declaration, path)];
+    pits.chain(others.into_iter().flatten()).collect()
+}
+
+/// The places between two changes of sign of an argument on a path, in the order of time: a force that acts there alone may be too small
+/// beside the changes to show.
+pub(crate) fn between(found: &[Crossing]) -> Vec<f64> {
+    let pairs = found.iter().enumerate().filter_map(|(k, first)| {
+        let next = found[k + 1..].iter().find(|next| next.switch == first.switch)?;
+        let [from, to] = [first.parts[1], next.parts[0]];
+        // the force of a hill is zero in its middle
+        Some([0.25, 0.5, 0.75].map(|part| from + part * (to - from)))
+    });
+    pairs.flatten().collect()
 }
 
 /// The changes of sign of arguments on a path, and the corners of tables, in the order of time. `came` has
@@ -289,6 +302,7 @@ pub(crate) fn clear(side: f64, distance: f64, change: f64, turn: f64) -> f64 {
 /// Number of steps after a path until an argument may reach zero; 0 if one may do so in the next.
 pub(crate) fn clear_after(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> u64 {
     let [first, middle, last] = PLACES.map(|part| path(part).arguments(declaration));
+    let others = [knots::clear(declaration, path), steep::clear(declaration, path)];
     let clears = (0..last.len()).map(|g| {
         let (change, turn) = (last[g] - first[g], 4.0 * (first[g] - 2.0 * middle[g] + last[g]));
         let side = last[g].signum();
@@ -306,7 +320,7 @@ pub(crate) fn clear_after(declaration: &Declaration<'_>, path: &MotionPath<'_>) 
         clippy::cast_sign_loss,
         reason = "between 0 and a few hundred"
     )]
-    let steps = clears.fold(knots::clear(declaration, path), f64::min) as u64;
+    let steps = others.into_iter().chain(clears).fold(MOST, f64::min) as u64;
     steps
 }
 

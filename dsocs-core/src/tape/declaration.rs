@@ -13,6 +13,9 @@ use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
 /// The numbers of a table of samples among the results of [`Segment::Tables`]: its place, whether it is differentiated, its argument.
 const TABLE: usize = 3;
 
+/// The numbers of a function among the results of [`Segment::Steep`]: its exponent, its argument.
+const STEEP: usize = 2;
+
 /// A table of samples, evaluated at a point of a motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TableAt<'d> {
@@ -22,6 +25,27 @@ pub(crate) struct TableAt<'d> {
     pub is_differentiated: bool,
     /// Its argument.
     pub argument: f64,
+}
+
+/// A function that may be flat but for a narrow feature, at a point of a motion: an exponential function, or a power.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Steep {
+    /// The exponent of the power; 0 for an exponential function.
+    pub exponent: f64,
+    /// The base of the power, or the argument of the exponential function.
+    pub argument: f64,
+}
+
+impl Steep {
+    /// The logarithm of the power, or the argument of the exponential function: the function is flat where this is far below its largest
+    /// value nearby.
+    pub fn logarithm(self) -> f64 {
+        if self.exponent == 0.0 {
+            self.argument
+        } else {
+            self.exponent * self.argument.abs().ln()
+        }
+    }
 }
 
 /// The declaration of a system: its tape, and the values of its parameters.
@@ -745,6 +769,33 @@ impl<'s> Declaration<'s> {
             Some(table) => (Segment::Tables, TABLE * table + TABLE - 1),
         };
         result(self.source, of, &leaves(self, &At::NOWHERE), name)
+    }
+
+    /// Whether the path of a step has to be looked at beside its nodes.
+    pub(crate) fn is_switching(&self) -> bool {
+        self.switches() > 0 || self.has_tables() || self.has_steep()
+    }
+
+    /// Whether there are functions that may be flat but for a narrow feature.
+    pub(crate) fn has_steep(&self) -> bool {
+        self.count(Segment::Steep, Part::All) > 0
+    }
+
+    /// These functions; in third order they may depend on the acceleration.
+    pub(crate) fn steep(&self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> Vec<Steep> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            a,
+            ..At::NOWHERE
+        };
+        let all = self.all(Segment::Steep, Part::All, &at);
+        let steep = all.chunks_exact(STEEP).map(|pair| Steep {
+            exponent: pair[0],
+            argument: pair[1],
+        });
+        steep.collect()
     }
 
     /// Whether there are tables of samples.

@@ -1,7 +1,7 @@
 //! The format of a tape: its segments, and the leaves of their expressions.
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 7;
+pub(crate) const VERSION: u8 = 8;
 
 /// A leaf of an expression that is not a number; the kinds have numbers in the format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -106,10 +106,13 @@ pub enum Segment {
     /// For each table of samples: the number of its call, 1 if it is differentiated and 0 if not, and its
     /// argument.
     Tables,
+    /// For each function that may be flat but for a narrow feature: 0 and the argument of `exp`, `exp_m1`, `sinh`,
+    /// `cosh` or `tanh`, or the exponent and the base of a power.
+    Steep,
 }
 
 /// The number of segments.
-pub(crate) const SEGMENTS: usize = Segment::Tables as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::Steep as usize + 1;
 
 /// A part of a segment's results: for example the rows without their Jacobian, or a point without the force.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -3,13 +3,16 @@
 use super::control::{Assessment, Sizes};
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
-use super::watch::End;
+use super::watch::{End, each};
 use crate::series::rows::Series;
 
 /// The order of a step at a point where the higher derivatives do not exist or are rounding, as at the zero of a power. It is used if the
 /// step would be shorter than the part [`LOST`] of the last one.
 const ROUGH: usize = 2;
 const LOST: f64 = 1e-8;
+
+/// Factor by which steps with the acceleration alone become longer.
+const LONGER: f64 = 4.0;
 
 /// The part of a rough step at which it is judged a second time: not the middle, where the force of a symmetric
 /// hill vanishes.
@@ -62,20 +65,35 @@ impl Integrator {
     /// step. A function has few derivatives there, as a power at its zero, and the higher ones do not exist
     /// or are rounding. Where a root is zero there is an acceleration alone: a step as short as rounding leads beyond, if anything moves.
     #[cold]
-    pub(super) fn begin_roughly(&mut self, wanted: f64, smallest: f64) -> Option<f64> {
+    pub(super) fn begin_roughly(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        wanted: f64,
+        smallest: f64,
+    ) -> Option<f64> {
         // several events may have come at once
         let last = self.last.map(|(_, h)| h.abs().max(smallest / LOST));
         if wanted > LOST * last.unwrap_or(0.0) || !self.may_begin_with(&self.series) {
             return None;
         }
         self.series.set_order(ROUGH);
-        if self.series.in_range_to() < ROUGH {
+        // just beside the zero of a root the jerk is that of this place, and seems to lead back
+        let mut leads_back = false;
+        if wanted < smallest {
+            let reach = last.unwrap_or(smallest);
+            each(equations, |_, _, switch| leads_back |= switch.turns_within(reach));
+        }
+        if self.series.in_range_to() < ROUGH || leads_back {
             let n = self.series.dimension();
             // positions are known to one order more
             for (table, known) in self.series.tables_mut().into_iter().zip([ROUGH + 1, ROUGH]) {
                 table[known * n..].fill(0.0);
             }
-            return Some(smallest.max(f64::EPSILON * f64::EPSILON));
+            // where a function has no derivative to rounding, as that of an angle at its end, the next steps are longer
+            let again = self.last.map_or(0.0, |(_, h)| h.abs());
+            let is_again = again < LOST * self.t.hi[0].abs();
+            let length = if is_again { LONGER * again } else { 0.0 };
+            return Some(length.max(smallest).max(f64::EPSILON * f64::EPSILON));
         }
         Some(last.unwrap_or(f64::INFINITY))
     }
@@ -100,12 +118,19 @@ impl Integrator {
         self.may_begin_with(&self.next)
     }
 
-    /// Whether a series has enough orders to begin with: at a root that vanishes, as long as something moves away from there.
+    /// Whether the series has the acceleration alone.
+    pub(super) fn is_acceleration_alone(&self) -> bool {
+        self.series.in_range_to() + 1 == ROUGH
+    }
+
+    /// Whether a series has enough orders to begin with: at a root that vanishes, and where a motion comes to a place at which a function has no
+    /// derivative, as long as something moves away from there.
     fn may_begin_with(&self, series: &Series) -> bool {
         let known = series.in_range_to();
         let moves = |k: usize| series.velocity_of(k).iter().any(|x| *x != 0.0);
         let is_at_zero = || self.watch.as_ref().is_some_and(|watch| watch.touches());
-        known >= ROUGH || (known + 1 == ROUGH && is_at_zero() && (moves(0) || moves(1)))
+        let may_move = || self.last.is_some() || is_at_zero();
+        known >= ROUGH || (known + 1 == ROUGH && may_move() && (moves(0) || moves(1)))
     }
 
     /// The order up to which the next series shows where an argument leads in a time `tau`.

@@ -4,10 +4,14 @@ use std::f64::consts::FRAC_PI_2;
 
 use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, Composition, Flow, Start, Stepper as _, Tolerance};
+use dsocs_tests::dop853::integrate_from;
 use dsocs_tests::text::TaylorFlow;
 use proptest::prelude::*;
 
 use super::draws;
+
+/// The end of runs that are compared with those of DOP853.
+const UNTIL: f64 = 4.0;
 
 const TOLERANCES: [f64; 2] = [1e-6, 1e-9];
 
@@ -149,6 +153,85 @@ fn steps_tell_of_no_root_where_there_is_none() {
                 (9.0_f64 / h).floor() * h,
             );
             assert_eq!(found, [0, 0], "{p} {h}");
+        }
+    }
+}
+
+/// Two masses on springs, the first of which has a force that is a root of its position or its velocity: neither ends the motion of the other.
+#[test]
+fn a_root_is_passed_beside_another_motion() {
+    let scenes = (0_usize..8, [0.1..0.6, 0.25..0.9], -0.4..0.4, 0.3..1.0);
+    draws::test(60, 94, scenes, &|(which, [k, p], coupling, v): (
+        usize,
+        [f64; 2],
+        f64,
+        f64,
+    )| {
+        let of_velocity = which % 2 == 0;
+        let u = if of_velocity { "dot(x)" } else { "x" };
+        let (force, p) = match which / 2 {
+            0 => (format!("-{k:?} * {u}.cbrt()"), 1.0 / 3.0),
+            1 => (format!("-{k:?} * {u}.abs().sqrt() * {u}.signum()"), 0.5),
+            spelling => (power(spelling - 2, u, [k, p]), p),
+        };
+        let text = format!(
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + 1.7 * y.powi(2)) / 2 - {coupling:?} * x * y;
+             external_forces = ({force}, 0);"
+        );
+        let text = Text::parse("root", &text).unwrap();
+        let rate = |_: f64, [x, y, vx, vy]: [f64; 4]| {
+            let u = if of_velocity { vx } else { x };
+            let root = -k * u.abs().powf(p) * u.signum();
+            [vx, vy, -x - coupling * y + root, -1.7 * y - coupling * x]
+        };
+        let first = [1.0, 0.3, 0.2, v];
+        let expected = integrate_from(rate, (0.0, first), UNTIL, 1e-13);
+        for tolerance in [1e-6, 1e-8, 1e-10] {
+            let start = Start::second_order([first[0], first[1]], [first[2], first[3]]);
+            let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+            if let Err(error) = flow.to(UNTIL) {
+                prop_assert!(false, "{force} {coupling} {v} {tolerance}: {error}");
+            }
+            let node = flow.node();
+            let found = [node.q[0], node.q[1], node.v[0], node.v[1]];
+            for (found, expected) in found.iter().zip(expected) {
+                prop_assert!(
+                    (found - expected).abs() < 1000.0 * tolerance.max(1e-11),
+                    "{force} {coupling} {v} {tolerance}: {found} for {expected}"
+                );
+            }
+        }
+        Ok(())
+    });
+}
+
+/// Where an inverse cosine or sine comes to its end and turns back, its argument is 1 to rounding for a while, and shows no derivative.
+#[test]
+fn an_angle_passes_its_end_wherever_a_step_ends() {
+    let laws: [(&str, fn(f64, f64) -> f64); 3] = [
+        ("-x.cos().acos()", |_, x| -x.cos().acos()),
+        ("-x.sin().asin()", |_, x| -x.sin().asin()),
+        ("0.3 * (3 * t).sin().asin()", |t, _| 0.3 * (3.0 * t).sin().asin()),
+    ];
+    for (law, force) in laws {
+        let text = declared(&format!("({law})"));
+        for k in 0..26 {
+            let v = 0.5 + 0.1 * f64::from(k);
+            let found = by_tolerance(&text, Start::second_order([0.4], [v]), 1e-10, 30.0);
+            let expected = integrate_from(
+                |t, [x, v]: [f64; 2]| [v, force(t, x)],
+                (0.0, [0.4, v]),
+                30.0,
+                1e-12,
+            );
+            let is_near = |found: [f64; 2]| {
+                let apart = (0..2).map(|i| (found[i] - expected[i]).abs() / (1.0 + expected[i].abs()));
+                apart.fold(0.0, f64::max) < 1e-6
+            };
+            assert!(
+                found.as_ref().is_ok_and(|found| is_near(*found)),
+                "{law} {v}: {found:?} {expected:?}"
+            );
         }
     }
 }

@@ -48,6 +48,7 @@ mod momenta_of_rotations;
 mod moving_surfaces;
 mod multipliers_at_rest;
 mod narrow;
+mod narrow_in_steps;
 mod nested;
 mod nodes_at_jumps;
 mod particle_reference;

@@ -1,7 +1,8 @@
 //! A common factor of Lagrangian and forces changes no motion. Where it is so small that products in the
 //! equations underflow, a run is refused; else it ends where the run without the factor does.
 
-use dsocs_core::{Composition, RunError, SetupError, Start, Stepper as _, Tolerance};
+use dsocs_core::text::Text;
+use dsocs_core::{Composition, Flow as AnyFlow, RunError, SetupError, Start, Stepper as _, Tolerance};
 use dsocs_tests::declared;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
@@ -109,6 +110,32 @@ fn a_factor_that_leaves_no_digits_is_refused() {
     compare_with_factors("springs", springs, [[0.0; 2], [1.0, 0.0]]);
     let circle = |first, second| Circle { first, second };
     compare_with_factors("circle", circle, [[1.0, 0.0], [0.0, 0.3]]);
+}
+
+#[test]
+fn a_force_that_underflows_far_from_where_it_acts_is_no_loss() {
+    for from in [-3.0_f64, -7.0] {
+        for far in (1000..1200).step_by(3) {
+            // exp(-far / 1.6) at the start
+            let width = from.abs() / (f64::from(far) / 1.6).sqrt();
+            let text = format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2;
+                 external_forces = (0.3 * (-(x / {width:?}).powi(2)).exp());"
+            );
+            let text = Text::parse("well", &text).unwrap();
+            for v in [0.0, 1.0] {
+                let start = || Start::second_order([from], [v]);
+                let end = from + 2.0 * v;
+                let mut step = AnyFlow::of(&text.system, 0.1, start()).unwrap();
+                step.to(2.0).unwrap();
+                let mut series = TaylorFlow::read(&text.system, start(), Tolerance::relative(1e-9)).unwrap();
+                series.to(2.0).unwrap();
+                for q in [step.node().q[0], series.node().q[0]] {
+                    assert!((q - end).abs() < 1e-9, "{width} {v}: {q}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -36,7 +36,7 @@ pub(super) fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R)
             &graph,
             &stages,
             &unknowns,
-            (symmetry, expressions.have_switches() || expressions.have_tables()),
+            (symmetry, expressions.have_switches()),
         ),
         stages,
         graph: &graph,

@@ -34,7 +34,7 @@ pub(crate) use nodes::PointNodes;
 pub(crate) use properties::factor::is_no_factor;
 pub(crate) use properties::reduction::where_position_is;
 pub(crate) use properties::sides::{Sides, sides};
-pub(crate) use properties::switches::{Ranges, Switches, Table, switches};
+pub(crate) use properties::switches::{Ranges, Steep, Switches, Table, switches};
 pub use properties::symmetry::Symmetry;
 pub(crate) use step::{StepEquations, step};
 

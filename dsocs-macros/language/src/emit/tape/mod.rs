@@ -6,7 +6,7 @@ mod segment;
 
 use crate::graph::{Graph, NodeId};
 use crate::hash::HashMap;
-use crate::mechanics::{self, LowerOrder, Sides, StepEquations, Switches, Table};
+use crate::mechanics::{self, LowerOrder, Sides, Steep, StepEquations, Switches, Table};
 use crate::model::{Kind, Model};
 use crate::passes;
 use crate::program::stages::{Stages, single};
@@ -18,7 +18,7 @@ pub use recurrences::Series;
 pub(crate) use recurrences::series;
 
 /// The version of the tape's format, as `dsocs_core` reads it.
-const VERSION: u8 = 7;
+const VERSION: u8 = 8;
 
 /// Expressions of a step as it was declared, before the passes.
 pub(crate) struct Declared {
@@ -84,14 +84,15 @@ impl Expressions {
         &self.graph
     }
 
-    /// Whether there are switches.
+    /// Whether there are switches, tables of samples or steep functions.
     pub(crate) fn have_switches(&self) -> bool {
-        !self.switches.arguments.is_empty()
-    }
-
-    /// Whether there are tables of samples.
-    pub(crate) fn have_tables(&self) -> bool {
-        !self.switches.tables.is_empty()
+        let Switches {
+            arguments,
+            tables,
+            steep,
+            ..
+        } = &self.switches;
+        !(arguments.is_empty() && tables.is_empty() && steep.is_empty())
     }
 }
 
@@ -120,7 +121,7 @@ pub(crate) fn tape(
 }
 
 /// The number of segments of a tape.
-const SEGMENTS: usize = 29;
+const SEGMENTS: usize = 30;
 
 /// A tape with a segment of constants, and all others empty.
 pub(crate) fn of_constants(constants: &Segment) -> Vec<u8> {
@@ -206,6 +207,7 @@ fn segments(
         model.external_forces.len(),
     );
     let tables = tables(&expressions.switches, calls);
+    let steep = steep(&expressions.switches, calls);
     vec![
         constants,
         known,
@@ -236,6 +238,7 @@ fn segments(
         sided_continuous,
         switches,
         tables,
+        steep,
     ]
 }
 
@@ -252,6 +255,18 @@ fn tables(switches: &Switches, calls: &mut Calls) -> Segment {
             argument,
         ]);
     }
+    let (program, values) = single(&graph, &all);
+    program.segment(Segment::default(), &values, 0, &HashMap::default(), calls)
+}
+
+/// The functions that may be flat but for a narrow feature, each as a pair: its exponent and its argument.
+fn steep(switches: &Switches, calls: &mut Calls) -> Segment {
+    let mut graph = switches.graph.clone();
+    let pairs = switches
+        .steep
+        .iter()
+        .flat_map(|&Steep { exponent, argument }| [graph.constant(exponent), argument]);
+    let all: Vec<NodeId> = pairs.collect();
     let (program, values) = single(&graph, &all);
     program.segment(Segment::default(), &values, 0, &HashMap::default(), calls)
 }

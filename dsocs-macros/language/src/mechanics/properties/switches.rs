@@ -8,6 +8,9 @@ use crate::hash::HashMap;
 use crate::mechanics::properties::sides::{Sides, sides};
 use crate::model::{Displacements, Model};
 
+/// The least exponent of a power that may be flat except where its base is large.
+const HIGH: f64 = 4.0;
+
 /// The arguments of a declaration's switches and poles.
 pub(crate) struct Switches {
     /// The graph of the arguments.
@@ -17,6 +20,30 @@ pub(crate) struct Switches {
     pub(crate) arguments: Vec<NodeId>,
     /// The tables of samples with their arguments, in the same leaves.
     pub(crate) tables: Vec<Table>,
+    /// The functions that may be flat but for a narrow feature.
+    pub(crate) steep: Vec<Steep>,
+}
+
+/// A function that may be flat but for a narrow feature: an exponential one or a power.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Steep {
+    /// The exponent of a power; 0 for an exponential function.
+    pub(crate) exponent: f64,
+    /// The argument of the exponential function, or the base of the power, in the same leaves.
+    pub(crate) argument: NodeId,
+}
+
+impl Steep {
+    /// A power, if it is of a high degree, or a quotient whose divisor grows with the motion and does not vanish: one that may is a switch.
+    fn power(graph: &Graph, ranges: &mut Ranges, (argument, exponent): (NodeId, f64)) -> Option<Self> {
+        let is_steep = if exponent < 0.0 {
+            let vanishes = !graph.is_softened_sum(argument) && !ranges.exclude_zero(graph, argument);
+            !vanishes && grows(graph, argument)
+        } else {
+            exponent >= HIGH
+        };
+        is_steep.then_some(Self { exponent, argument })
+    }
 }
 
 /// A value of a table of samples.
@@ -47,12 +74,18 @@ pub(crate) fn switches(model: &Model) -> Switches {
         .chain(forms.copied())
         .chain(fields.iter().flatten().copied());
     let (mut ranges, mut tables) = (Ranges::default(), Vec::new());
+    let mut steep = Vec::new();
     let all = graph.subexpressions(declared, |_| true);
     let divisors: Vec<NodeId> = all
         .iter()
         .flat_map(|&id| vanishing_divisors(&graph, id))
         .collect();
     for id in all {
+        for found in self::steep(&graph, &mut ranges, id) {
+            if is_of_motion(&graph, found.argument, model.order()) && !steep.contains(&found) {
+                steep.push(found);
+            }
+        }
         if let Node::Call { callee, args, .. } = graph.node(id)
             && let &[argument] = &args[..]
             && model.table(*callee).is_some()
@@ -101,6 +134,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
         graph,
         arguments,
         tables,
+        steep,
     }
 }
 
@@ -118,6 +152,64 @@ fn vanishing_factors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
                 .collect()
         }
         _ => vec![id],
+    }
+}
+
+/// The exponential functions, quotients and powers of a high degree that may be flat but for a narrow feature.
+fn steep(graph: &Graph, ranges: &mut Ranges, id: NodeId) -> Vec<Steep> {
+    match graph.node(id) {
+        // a limit of friction: the force is different on both sides, which the nodes see
+        Node::Unary(Unary::Tanh, argument) if graph.order(*argument) > Some(0) => Vec::new(),
+        Node::Unary(Unary::Exp | Unary::ExpM1 | Unary::Sinh | Unary::Cosh | Unary::Tanh, argument) => {
+            vec![Steep {
+                exponent: 0.0,
+                argument: unclamped(graph, *argument),
+            }]
+        }
+        Node::Powf(base, exponent) => {
+            let power = graph.as_constant(*exponent).map(|exponent| (*base, exponent));
+            power
+                .and_then(|power| Steep::power(graph, ranges, power))
+                .into_iter()
+                .collect()
+        }
+        Node::Product(factors) => {
+            let powers = factors
+                .iter()
+                .map(|&(factor, exponent)| (factor, f64::from(exponent)));
+            powers
+                .filter_map(|power| Steep::power(graph, ranges, power))
+                .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Whether an expression depends on the motion other than through functions whose values have bounds.
+fn grows(graph: &Graph, id: NodeId) -> bool {
+    let children = match graph.node(id) {
+        Node::Leaf(_) => return true,
+        Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Signum, _) => return false,
+        Node::Unary(_, argument) => vec![*argument],
+        Node::Sum(_, terms) => terms.iter().map(|&(term, _)| term).collect(),
+        Node::Product(factors) => factors.iter().map(|&(factor, _)| factor).collect(),
+        Node::Powf(base, exponent) => vec![*base, *exponent],
+        Node::Select(_, parts) => parts.to_vec(),
+        _ => Vec::new(),
+    };
+    children.into_iter().any(|child| grows(graph, child))
+}
+
+/// An expression without the constant limits of its value, where it shows nothing.
+fn unclamped(graph: &Graph, id: NodeId) -> NodeId {
+    match *graph.node(id) {
+        Node::Select(_, [.., then, otherwise]) if graph.as_constant(then).is_some() => {
+            unclamped(graph, otherwise)
+        }
+        Node::Select(_, [.., then, otherwise]) if graph.as_constant(otherwise).is_some() => {
+            unclamped(graph, then)
+        }
+        _ => id,
     }
 }
 
@@ -184,6 +276,12 @@ impl Ranges {
     pub(crate) fn have_one_sign(&mut self, graph: &Graph, id: NodeId) -> bool {
         let [least, most] = self.of(graph, id);
         least >= 0.0 || most <= 0.0
+    }
+
+    /// Whether an expression is not zero anywhere.
+    fn exclude_zero(&mut self, graph: &Graph, id: NodeId) -> bool {
+        let [least, most] = self.of(graph, id);
+        least > 0.0 || most < 0.0
     }
 
     /// The least and the largest value of an expression.
