@@ -174,12 +174,14 @@ impl Composed<'_> {
         // is examined, too
         let foreseen = from.goes_on(&self.kernel.shape().rotations, to.t - from.t);
         let mut start = came.to_vec();
-        let mut part = self.change_between([from, to], came);
-        if part.is_none_or(|part| part <= jumps::REPORTED)
+        let [at_changes, at_features] = self.changes_between([from, to], came);
+        let mut all = vec![at_changes, at_features];
+        if at_changes.is_none_or(|part| part <= jumps::REPORTED)
             && let Some(to) = &foreseen
         {
-            part = self.change_between([from, to], &mut start).or(part);
+            all.extend(self.changes_between([from, to], &mut start));
         }
+        let mut part = all.into_iter().flatten().reduce(f64::max);
         let rotations = &self.kernel.shape().rotations;
         let ends = [from.point(), to.point()];
         let path = |part: f64| Place::on_hermite(rotations, ends, part);
@@ -204,35 +206,35 @@ impl Composed<'_> {
         clear
     }
 
-    /// The largest change of the acceleration between two nodes at changes of sign of arguments, and, if it is small, at features that are
-    /// narrower than the step; `None` if there are none.
-    fn change_between(&self, [from, to]: [&Node; 2], came: &mut [f64]) -> Option<f64> {
+    /// The largest change of the acceleration between two nodes at changes of sign of arguments, and, if it is small, that at features that
+    /// are narrower than the step; `None` if there are none.
+    fn changes_between(&self, [from, to]: [&Node; 2], came: &mut [f64]) -> [Option<f64>; 2] {
         let (h, declaration) = (to.t - from.t, self.declaration());
         let rotations = &self.kernel.shape().rotations;
         let ends = [from.point(), to.point()];
         let path = |part: f64| Place::on_hermite(rotations, ends, part);
-        let (mut largest, mut all) = (None, Vec::new());
+        let (mut at_changes, mut at_features, mut all) = (None, None, Vec::new());
         for begin in [0.0, 0.5] {
             let half = |part: f64| path(begin + 0.5 * part);
             let found = switches::crossings(declaration, &half, came, |_, _| true);
             let on = on(&half, h, declaration);
             let changes = found.iter().map(|crossing| on.change_at(*crossing).size);
-            largest = changes.chain(largest).reduce(f64::max);
+            at_changes = changes.chain(at_changes).reduce(f64::max);
             all.extend(found.iter().map(|crossing| Crossing {
                 parts: crossing.parts.map(|part| begin + 0.5 * part),
                 ..*crossing
             }));
         }
-        if largest.is_none_or(|part| part <= jumps::REPORTED) {
+        if at_changes.is_none_or(|part: f64| part <= jumps::REPORTED) {
             let on = on(&path, h, declaration);
             let narrow = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
             let places = narrow.chain(switches::between(&all));
             let swings = places
                 .map(|place| on.swings_at(place))
                 .filter(|swing| *swing > 0.0);
-            largest = swings.chain(largest).reduce(f64::max);
+            at_features = swings.reduce(f64::max);
         }
-        largest
+        [at_changes, at_features]
     }
 }
 

@@ -79,12 +79,12 @@ pub(super) fn clear(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> f64
     if !declaration.has_steep() {
         return MOST;
     }
+    // the extremum of the base of a power is that of its logarithm, and nearer to that of a parabola
     let at = PLACES.map(|part| path(part).steep(declaration));
     let clears = (0..at[0].len()).map(|g| {
         let [first, middle, last] = [at[0][g], at[1][g], at[2][g]].map(|steep| steep.argument);
         let turn = 4.0 * (first - 2.0 * middle + last);
         let slope = last - first + 0.5 * turn;
-        // the extremum of the base of a power is that of its logarithm, and nearer to that of a parabola
         // as long as an exponential function changes little in a step, the nodes see all of it
         let is_power = at[0][g].exponent != 0.0;
         if !is_power && slope.abs() + MOST * turn.abs() < SLOPE {

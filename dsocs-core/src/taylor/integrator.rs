@@ -422,9 +422,7 @@ impl Integrator {
         let mut wanted = self.length(equations, &sizes);
         let mut is_rough = false;
         let is_short = |wanted: f64| wanted.is_nan() || wanted < smallest;
-        if (self.is_new
-            || (is_short(wanted)
-                && (self.is_acceleration_alone() || Self::is_at_switch(equations, smallest))))
+        if self.may_be_rough(equations, is_short(wanted), smallest)
             && let Some(length) = self.begin_roughly(equations, wanted, smallest)
         {
             (wanted, is_rough) = (length, true);

@@ -118,9 +118,16 @@ impl Integrator {
         self.may_begin_with(&self.next)
     }
 
-    /// Whether the series has the acceleration alone.
-    pub(super) fn is_acceleration_alone(&self) -> bool {
-        self.series.in_range_to() + 1 == ROUGH
+    /// Whether a step may be one of few orders: the first of a new series, and one that would be too short where the series has the acceleration
+    /// alone, or at a switch.
+    pub(super) fn may_be_rough(
+        &self,
+        equations: &mut dyn SeriesKernel,
+        is_short: bool,
+        smallest: f64,
+    ) -> bool {
+        let has_few_orders = || self.series.in_range_to() + 1 == ROUGH;
+        self.is_new || (is_short && (has_few_orders() || Self::is_at_switch(equations, smallest)))
     }
 
     /// Whether a series has enough orders to begin with: at a root that vanishes, and where a motion comes to a place at which a function has no

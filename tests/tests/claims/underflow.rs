@@ -183,3 +183,49 @@ fn what_is_small_and_has_its_digits_runs() {
         }
     }
 }
+
+/// Constants in powers are not collected where their power alone underflows: the force at a place is that of the same expression in Rust.
+#[test]
+fn constants_in_high_powers_and_large_units_keep_their_digits() {
+    type Force = fn(f64) -> f64;
+    let forces: [(&str, f64, Force); 12] = [
+        ("((1 + x.cos()) / 2).powi(1500)", 0.02, |x| {
+            ((1.0 + x.cos()) / 2.0).powi(1500)
+        }),
+        ("((1 + x.cos()) / 2).powf(1100.0)", 0.02, |x| {
+            ((1.0 + x.cos()) / 2.0).powi(1100)
+        }),
+        ("((1 + x.cos()) / 2).powi(1050)", 0.02, |x| {
+            ((1.0 + x.cos()) / 2.0).powi(1050)
+        }),
+        ("(((1 + x.cos()) / 2).powi(40)).powi(40)", 0.02, |x| {
+            ((1.0 + x.cos()) / 2.0).powi(1600)
+        }),
+        ("((2 + x.cos()) / 3).powi(700)", 0.02, |x| {
+            ((2.0 + x.cos()) / 3.0).powi(700)
+        }),
+        ("(1 - 0.5 * x * x).powi(1500)", 0.02, |x| {
+            (1.0 - 0.5 * x * x).powi(1500)
+        }),
+        ("(x / 2).powi(1100)", 1.99, |x| (x / 2.0).powi(1100)),
+        ("(x / 1e5).powi(70)", 1e5, |x| (x / 1e5).powi(70)),
+        ("(x * x / 1e10).powi(33)", 0.9e5, |x| (x * x / 1e10).powi(33)),
+        ("(x * 1e-110).powi(3)", 1e110, |x| (x * 1e-110).powi(3)),
+        ("(x * 1e-110) * (x * 1e-110) * (x / 1e110)", 1e110, |x| {
+            (x * 1e-110).powi(3)
+        }),
+        ("1 / (1 + (x * 1e-170).powi(2))", 1e170, |x| {
+            (1.0 + (x * 1e-170).powi(2)).recip()
+        }),
+    ];
+    for (force, x, value) in forces {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = ({force});");
+        let text = Text::parse("power", &text).unwrap();
+        let flow = AnyFlow::of(&text.system, 0.01, Start::second_order([x], [0.0])).unwrap();
+        let (found, expected) = (flow.node().a[0], value(x));
+        assert!(
+            (found / expected - 1.0).abs() < 1e-12,
+            "{force} at {x}: {found} for {expected}"
+        );
+    }
+}

@@ -8,6 +8,10 @@ use proc_macro2::TokenStream;
 
 use super::{Bits, Callee, Comparison, Graph, Leaf, Node, NodeId, Unary};
 
+/// Least power of ten to which the coefficients of factors are collected, and least one together with constant factors.
+const LEAST: f64 = -100.0;
+const LEAST_OF_ALL: f64 = -290.0;
+
 impl Graph {
     pub(crate) fn constant(&mut self, value: f64) -> NodeId {
         self.intern(Node::Constant(Bits::new(value)))
@@ -77,7 +81,13 @@ impl Graph {
         for &(node, coefficient) in terms {
             match self.node(node) {
                 Node::Constant(value) => constant += coefficient * value.get(),
-                Node::Sum(inner, inner_terms) => {
+                // a product that underflows is not collected
+                Node::Sum(inner, inner_terms)
+                    if coefficient == 0.0
+                        || inner_terms
+                            .iter()
+                            .all(|(_, factor)| (coefficient * factor.get()).abs() >= f64::MIN_POSITIVE) =>
+                {
                     constant += coefficient * inner.get();
                     let inner_terms = inner_terms.iter();
                     collected.extend(inner_terms.map(|&(term, factor)| (term, coefficient * factor.get())));
@@ -149,15 +159,35 @@ impl Graph {
         }
     }
 
+    /// Whether the constant coefficients of factors may be collected: their product may underflow where that of the factors does not, as
+    /// in `((1 + t.cos()) / 2).powi(1500)`.
+    fn may_be_split(&mut self, factors: &[(NodeId, i32)]) -> bool {
+        let (mut all, mut of_motion) = (0.0, 0.0);
+        for &(node, exponent) in factors {
+            let magnitude = f64::from(exponent) * self.split(node).0.abs().log10();
+            all += magnitude;
+            if self.as_constant(node).is_none() {
+                of_motion += magnitude;
+            }
+        }
+        // what is too large is infinite and refused
+        !(of_motion < LEAST || (of_motion != 0.0 && all < LEAST_OF_ALL))
+    }
+
     /// `Π node^exponent`.
     pub(crate) fn product(&mut self, factors: &[(NodeId, i32)]) -> NodeId {
         let mut coefficient = 1.0_f64;
         let mut collected: Vec<(NodeId, i32)> = Vec::with_capacity(factors.len());
+        let are_split = self.may_be_split(factors);
         for &(node, exponent) in factors {
             if exponent == 0 {
                 continue;
             }
-            let (scale, base) = self.split(node);
+            let (scale, base) = if are_split || self.as_constant(node).is_some() {
+                self.split(node)
+            } else {
+                (1.0, node)
+            };
             if scale != 1.0 {
                 coefficient *= scale.powi(exponent);
             }
