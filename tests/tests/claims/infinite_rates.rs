@@ -208,7 +208,8 @@ fn a_root_is_passed_beside_another_motion() {
 /// Where an inverse cosine or sine comes to its end and turns back, its argument is 1 to rounding for a while, and shows no derivative.
 #[test]
 fn an_angle_passes_its_end_wherever_a_step_ends() {
-    let laws: [(&str, fn(f64, f64) -> f64); 3] = [
+    type Force = fn(f64, f64) -> f64;
+    let laws: [(&str, Force); 3] = [
         ("-x.cos().acos()", |_, x| -x.cos().acos()),
         ("-x.sin().asin()", |_, x| -x.sin().asin()),
         ("0.3 * (3 * t).sin().asin()", |t, _| 0.3 * (3.0 * t).sin().asin()),

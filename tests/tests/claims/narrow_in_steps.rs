@@ -12,7 +12,7 @@ use super::draws;
 /// Functions of `u` that are small but near zero, and their integrals over all `u`.
 const SHAPES: [(&str, f64); 12] = [
     ("(-u.powi(2)).exp()", 1.772_453_850_905_516),
-    ("(-u.powi(4)).exp()", 1.812_804_954_110_954_1),
+    ("(-u.powi(4)).exp()", 1.812_804_954_110_954),
     ("1 / u.min(300.0).max(-300.0).cosh().powi(2)", 2.0),
     ("1 - u.tanh().powi(2)", 2.0),
     ("(1 - u.tanh()) * (1 + u.tanh())", 2.0),
