@@ -187,17 +187,14 @@ fn steep(graph: &Graph, ranges: &mut Ranges, id: NodeId) -> Vec<Steep> {
 
 /// Whether an expression depends on the motion other than through functions whose values have bounds.
 fn grows(graph: &Graph, id: NodeId) -> bool {
-    let children = match graph.node(id) {
-        Node::Leaf(_) => return true,
-        Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Signum, _) => return false,
-        Node::Unary(_, argument) => vec![*argument],
-        Node::Sum(_, terms) => terms.iter().map(|&(term, _)| term).collect(),
-        Node::Product(factors) => factors.iter().map(|&(factor, _)| factor).collect(),
-        Node::Powf(base, exponent) => vec![*base, *exponent],
-        Node::Select(_, parts) => parts.to_vec(),
-        _ => Vec::new(),
-    };
-    children.into_iter().any(|child| grows(graph, child))
+    match graph.node(id) {
+        Node::Leaf(_) => true,
+        // nothing is known of a function of the user's own
+        Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Signum, _)
+        | Node::Atan2(..)
+        | Node::Call { .. } => false,
+        _ => graph.parts(id).into_iter().any(|part| grows(graph, part)),
+    }
 }
 
 /// An expression without the constant limits of its value, where it shows nothing.
