@@ -224,7 +224,7 @@ fn constants_in_high_powers_and_large_units_keep_their_digits() {
         let flow = AnyFlow::of(&text.system, 0.01, Start::second_order([x], [0.0])).unwrap();
         let (found, expected) = (flow.node().a[0], value(x));
         assert!(
-            (found / expected - 1.0).abs() < 1e-11,
+            (found / expected - 1.0).abs() < 1e-12,
             "{force} at {x}: {found} for {expected}"
         );
     }
