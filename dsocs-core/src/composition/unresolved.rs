@@ -7,7 +7,6 @@
 
 use super::run::Composed;
 use super::stages::State;
-use crate::number::largest;
 use crate::number::point::AnyPoint;
 use crate::run::Unresolved;
 use crate::solve::Vector;
@@ -17,11 +16,8 @@ use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::StepPath;
 use crate::step::jumps;
 use crate::step::smooth::NEAR_PREDICTION;
-use crate::step::switches::{self, Crossing};
+use crate::step::switches::{self, Crossing, LastChanges};
 use crate::tape::declaration::Declaration;
-
-/// An acceleration at a node stands alone if it is as many times larger than those at the nodes before and after it.
-const ALONE: f64 = 8.0;
 
 /// An acceleration may vary by this many times what moves a node by one rounding, before it is examined.
 const NOISE: f64 = 8.0;
@@ -82,13 +78,32 @@ pub(super) struct RecentNodes {
     accelerations: Predictor,
     /// Whether the last step has been examined.
     is_examined: bool,
-    /// The signs of the arguments at the end of the step that was examined last.
-    came: Vec<f64>,
+    /// The arguments at the end of the step that was examined last.
+    came: Came,
     /// The number of the node at the end of that step.
     looked_at: u64,
     /// The number of the node before which arguments and tables of samples are evaluated again; `None` if
     /// there are none.
     next_examination: Option<u64>,
+}
+
+/// The arguments of piecewise functions at the end of a step.
+#[derive(Clone, Debug)]
+struct Came {
+    /// Their signs, 0 if unknown.
+    signs: Vec<f64>,
+    /// Their changes before that end.
+    changes: LastChanges,
+}
+
+impl Came {
+    /// Nothing is known of the arguments of a declaration.
+    fn anew(declaration: &Declaration<'_>) -> Self {
+        Self {
+            signs: vec![0.0; declaration.switches()],
+            changes: LastChanges::default(),
+        }
+    }
 }
 
 impl Composed<'_> {
@@ -105,7 +120,7 @@ impl Composed<'_> {
             nodes: vec![self.here()],
             accelerations,
             is_examined: true,
-            came: vec![0.0; declaration.switches()],
+            came: Came::anew(&declaration),
             looked_at: 0,
             next_examination: declaration.is_switching().then_some(0),
         }));
@@ -138,7 +153,8 @@ impl Composed<'_> {
             && !foreseen
             && !watch.is_examined
         {
-            self.look_between([before, last], &mut vec![0.0; watch.came.len()], true);
+            let mut came = Came::anew(&self.declaration());
+            self.look_between([before, last], None, &mut came, true);
         }
         let is_to_look = watch
             .next_examination
@@ -147,17 +163,11 @@ impl Composed<'_> {
             && (is_to_look || !foreseen)
         {
             if watch.looked_at + 1 != index {
-                watch.came.fill(0.0);
+                watch.came = Came::anew(&self.declaration());
             }
-            let clear = self.look_between([last, &here], &mut watch.came, !foreseen);
+            let clear = self.look_between([last, &here], watch.nodes.get(1), &mut watch.came, !foreseen);
             watch.looked_at = index;
             watch.next_examination = watch.next_examination.map(|_| index + clear.max(1));
-        }
-        if let [last, before] = &watch.nodes[..]
-            && !foreseen
-            && let Some(part) = stands_alone([before, last, &here])
-        {
-            Unresolved::count(&mut self.unresolved, last.t, part);
         }
         watch.is_examined = !foreseen;
         watch.nodes.insert(0, here);
@@ -168,18 +178,24 @@ impl Composed<'_> {
     /// Examines the path between two nodes for arguments that change their signs; if there are none and the acceleration was `unforeseen`,
     /// for jumps of the acceleration itself. Returns the number of steps of this length until arguments have to be evaluated again.
     #[cold]
-    fn look_between(&mut self, [from, to]: [&Node; 2], came: &mut [f64], unforeseen: bool) -> u64 {
+    fn look_between(
+        &mut self,
+        [from, to]: [&Node; 2],
+        before: Option<&Node>,
+        came: &mut Came,
+        unforeseen: bool,
+    ) -> u64 {
         let declaration = self.declaration();
         // a jump inside a leg can reverse the motion, before or beyond it, so that the path found shows no change of sign: the expected path
         // is examined, too
         let foreseen = from.goes_on(&self.kernel.shape().rotations, to.t - from.t);
-        let mut start = came.to_vec();
-        let [at_changes, at_features] = self.changes_between([from, to], came);
+        let mut start = came.clone();
+        let [at_changes, at_features] = self.changes_between([from, to], before, came);
         let mut all = vec![at_changes, at_features];
         if at_changes.is_none_or(|part| part <= jumps::REPORTED)
             && let Some(to) = &foreseen
         {
-            all.extend(self.changes_between([from, to], &mut start));
+            all.extend(self.changes_between([from, to], before, &mut start));
         }
         let mut part = all.into_iter().flatten().reduce(f64::max);
         let rotations = &self.kernel.shape().rotations;
@@ -208,15 +224,26 @@ impl Composed<'_> {
 
     /// The largest change of the acceleration between two nodes at changes of sign of arguments, and, if it is small, that at features that
     /// are narrower than the step; `None` if there are none.
-    fn changes_between(&self, [from, to]: [&Node; 2], came: &mut [f64]) -> [Option<f64>; 2] {
+    fn changes_between(
+        &self,
+        [from, to]: [&Node; 2],
+        before: Option<&Node>,
+        came: &mut Came,
+    ) -> [Option<f64>; 2] {
         let (h, declaration) = (to.t - from.t, self.declaration());
         let rotations = &self.kernel.shape().rotations;
-        let ends = [from.point(), to.point()];
-        let path = |part: f64| Place::on_hermite(rotations, ends, part);
+        let path = |part: f64| Place::on_hermite(rotations, [from.point(), to.point()], part);
+        let with_last = |part: f64| match before {
+            Some(before) if part < 0.0 => {
+                let length = (from.t - before.t) / h;
+                Place::on_hermite(rotations, [before.point(), from.point()], 1.0 + part / length)
+            }
+            _ => path(part),
+        };
         let (mut at_changes, mut at_features, mut all) = (None, None, Vec::new());
         for begin in [0.0, 0.5] {
             let half = |part: f64| path(begin + 0.5 * part);
-            let found = switches::crossings(declaration, &half, came, |_, _| true);
+            let found = switches::crossings(declaration, &half, &mut came.signs, |_, _| true);
             let on = on(&half, h, declaration);
             let changes = found.iter().map(|crossing| on.change_at(*crossing).size);
             at_changes = changes.chain(at_changes).reduce(f64::max);
@@ -226,14 +253,15 @@ impl Composed<'_> {
             }));
         }
         if at_changes.is_none_or(|part: f64| part <= jumps::REPORTED) {
-            let on = on(&path, h, declaration);
+            let on = on(&with_last, h, declaration);
             let narrow = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
-            let places = narrow.chain(switches::between(&all));
-            let swings = places
-                .map(|place| on.swings_at(place))
-                .filter(|swing| *swing > 0.0);
+            let swings = narrow.map(|place| on.swings_at(place));
+            let between = came.changes.between(&all).into_iter();
+            let swings = swings.chain(between.filter_map(|place| on.deviation(place)));
+            let swings = swings.filter(|swing| *swing > 0.0);
             at_features = swings.reduce(f64::max);
         }
+        came.changes.push(&declaration, &all, 1.0);
         [at_changes, at_features]
     }
 }
@@ -243,14 +271,6 @@ fn noise([from, to]: [&Node; 2], i: usize) -> f64 {
     let h = to.t - from.t;
     let moves = [from, to].map(|node| node.q[i].abs().max((h * node.v[i]).abs()));
     NOISE * jumps::rounding(h, moves[0].max(moves[1]))
-}
-
-/// The part of the acceleration at the second of three nodes that neither the first nor the third has, if this is nearly all of it: the steps
-/// meet a force there of which they see nothing else.
-fn stands_alone([before, node, after]: [&Node; 3]) -> Option<f64> {
-    let [first, here, last] = [before, node, after].map(|node| largest(&node.a));
-    let noise = (0..node.a.len()).fold(0.0_f64, |most, i| most.max(noise([node, after], i)));
-    (here > ALONE * first.max(last).max(noise)).then(|| (here - first.max(last)) / here)
 }
 
 /// A path on which no body rests.

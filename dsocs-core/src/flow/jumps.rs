@@ -17,7 +17,7 @@ use crate::start::ComputedStart;
 use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::{Change, StepPath};
 use crate::step::jumps;
-use crate::step::switches::{self, Crossing};
+use crate::step::switches::{self, LastChanges};
 use crate::tape::declaration::Declaration;
 
 /// A place of the path of a step nearer to its middle node than this, as a part of the step, is at the node.
@@ -32,6 +32,8 @@ const MOVED_BY: [f64; 2] = [1.6e-4, 1e-5];
 pub(super) struct ArgumentSigns {
     /// The signs at the end of the last path that was examined.
     signs: Vec<f64>,
+    /// Their changes before that end.
+    changes: LastChanges,
     /// The index of the step that follows this path.
     index: u64,
     /// The numbers of the arguments with which the acceleration jumps on this path ([`Crossing::switch`](crate::step::switches::Crossing::switch)).
@@ -77,6 +79,7 @@ impl ArgumentSigns {
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         declaration.is_switching().then(|| Self {
             signs: vec![0.0; declaration.switches()],
+            changes: LastChanges::default(),
             index: 0,
             jumped: Vec::new(),
         })
@@ -85,6 +88,7 @@ impl ArgumentSigns {
     /// Forgets the signs before the next path.
     pub(super) fn forget(&mut self) {
         self.signs.fill(0.0);
+        self.changes.forget();
     }
 }
 
@@ -133,12 +137,13 @@ impl Discrete<'_> {
             let found = switches::crossings(now, path, &mut switches.signs, |switch, last| {
                 span.is_examined(switch, last)
             });
-            let on = StepPath {
-                path: *path,
+            let along = |path| StepPath {
+                path,
                 h,
                 declarations: *declarations,
                 pieces: span.before,
             };
+            let on = along(*path);
             for crossing in &found {
                 any = true;
                 let Change { size, is_jump } = on.change_at(*crossing);
@@ -154,25 +159,34 @@ impl Discrete<'_> {
             // a jump that is reported is enough; without one, features narrower than the step may lie at or
             // beside the change of sign
             if part <= jumps::REPORTED {
-                let swings = |on: &StepPath<'_>, found: &[Crossing]| {
+                let swings = |on: &StepPath<'_>, between: Vec<f64>| {
                     let is_examined = |switch, last| span.is_examined(switch, last);
-                    let places = switches::narrow_places(&now, on.path, is_examined).into_iter();
-                    let swings = places
-                        .chain(switches::between(found))
-                        .map(|place| on.swings_at(place));
+                    let narrow = switches::narrow_places(&now, on.path, is_examined).into_iter();
+                    let swings = narrow.map(|place| on.swings_at(place));
+                    let between = between.into_iter().filter_map(|place| on.deviation(place));
+                    let swings = swings.chain(between);
                     swings.fold(0.0, f64::max)
                 };
-                part = part.max(swings(&on, &found));
+                let with_last = |part: f64| self.with_last(e, part);
+                let continued = number == 1 && self.run_state.has_solved;
+                let around = along(if continued { &with_last } else { *path });
+                part = part.max(swings(&around, switches.changes.between(&found)));
                 // a force that acts at the middle node alone leads away from the path that would show it
                 if part <= jumps::REPORTED && number == 1 {
                     let expected = |part: f64| self.between(self.run_state.vectors.e(), part);
-                    let on = StepPath {
-                        path: &expected,
-                        ..on
-                    };
-                    part = part.max(swings(&on, &[]));
+                    let on = along(&expected);
+                    let mut unknown = vec![0.0; now.switches()];
+                    let found = switches::crossings(now, on.path, &mut unknown, |switch, last| {
+                        span.is_examined(switch, last)
+                    });
+                    part = part.max(swings(&on, switches.changes.between(&found)));
                 }
             }
+            // the path from the start is half as long as that of a step
+            let is_half = number == 0 && !now.shape().is_of_third_order();
+            switches
+                .changes
+                .push(&now, &found, if is_half { 0.5 } else { 1.0 });
         }
         let time = leg.t;
         switches.index = index + 1;
@@ -243,6 +257,20 @@ impl Discrete<'_> {
             return self.on_cubic(e, part - 1.0);
         }
         between(&self.shape().rotations, (self.run_state.h, leg), e, part)
+    }
+
+    /// The path of the next step, before its beginning that of the last one.
+    fn with_last(&self, e: &[f64], part: f64) -> Place {
+        let shape = self.shape();
+        if part >= 0.0 || shape.is_of_third_order() {
+            return self.between(e, part);
+        }
+        let h = self.run_state.h;
+        let leg = AnyLeg {
+            t: self.run_state.time() - h,
+            ..self.run_state.solved_leg()
+        };
+        between(&shape.rotations, (h, leg), self.run_state.vectors.e(), part + 1.0)
     }
 
     /// A place of the next step in third order, `steps` steps after its middle node.

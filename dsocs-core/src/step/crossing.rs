@@ -218,49 +218,92 @@ impl StepPath<'_> {
         })
     }
 
-    /// Deviation of the acceleration about a part of the path from the linear interpolation of its ends, or beside an end from that of half a
-    /// path to both sides, relative to the largest of the three; 0 if less than a quarter. There the step passes over a feature that it does
-    /// not resolve. Where the force of a norm turns over as the norm vanishes, the acceleration has no value, or that of either side.
+    /// The deviation of the acceleration at a part of the path, or its change close to it, relative to itself; 0 if less than a quarter. There
+    /// the step passes over a feature that it does not resolve. Where the force of a norm turns over as the norm vanishes, the acceleration has
+    /// no value, or that of either side.
     pub(crate) fn swings_at(&self, part: f64) -> f64 {
-        match self.swing(part) {
+        let swing = |part: f64| Some(self.deviation(part)?.max(self.turn(part)));
+        match swing(part) {
             None if !self.is_bounded([part - LOST, part + LOST]) => f64::INFINITY,
-            Some(swing) if swing > 0.0 => swing,
+            Some(size) if size > 0.0 => size,
             _ => [part - ABOUT, part + ABOUT].into_iter().fold(0.0, |most, part| {
-                self.swing(part).map_or(f64::INFINITY, |swing| swing.max(most))
+                swing(part).map_or(f64::INFINITY, |size| size.max(most))
             }),
         }
     }
 
-    /// The deviation at a part of the path itself; `None` if an acceleration has no value. An acceleration that is smaller there than
-    /// at the ends has to deviate there alone: else one force has ended and another one begins, as where a body goes from one contact to
-    /// the next.
-    fn swing(&self, part: f64) -> Option<f64> {
-        // an end of the path may lie within the feature
-        let is_inside = (AT_END..1.0 - AT_END).contains(&part);
-        let [from, to] = if is_inside {
+    /// The part of the path about a place with which the acceleration there is compared: the whole of it, or beside an end half of one to both
+    /// sides, since an end may lie within a feature.
+    fn about(part: f64) -> [f64; 2] {
+        if (AT_END..1.0 - AT_END).contains(&part) {
             [0.0, 1.0]
         } else {
             [part - 0.5, part + 0.5]
-        };
-        let [Some(first), Some(here), Some(last)] = [from, part, to].map(|part| self.acceleration(part))
-        else {
-            return None;
-        };
+        }
+    }
+
+    /// The deviation of the acceleration at a part of the path from the line between its values before and after, relative to the largest of
+    /// the three, if it lies beyond both or deviates there alone; else 0. Between two others, or as one of them, it is that of a force that
+    /// begins, or that of a body that goes from one contact to the next. `None` if an acceleration has no value.
+    pub(crate) fn deviation(&self, part: f64) -> Option<f64> {
+        let [from, to] = Self::about(part);
+        let [first, here, last] = [
+            self.acceleration(from)?,
+            self.acceleration(part)?,
+            self.acceleration(to)?,
+        ];
         let apart = |at: &Acceleration, part: f64| {
             let part = (part - from) / (to - from);
-            let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
-            largest(&at.a.zip(&ends, |at, ends| at - ends))
+            let line = first.a.zip(&last.a, |first, last| first + part * (last - first));
+            at.a.zip(&line, |at, line| at - line)
         };
         let (size, of_ends) = (largest(&here.a), largest(&first.a).max(largest(&last.a)));
-        let peak = apart(&here, part);
+        let peak = here.largest(&apart(&here, part));
+        let is_beyond = || {
+            let beyond = (0..here.a.len()).map(|i| {
+                let [before, after] = [&first, &last].map(|end| here.a[i] - end.a[i]);
+                let is_extreme = before * after > 0.0;
+                if is_extreme {
+                    before.abs().min(after.abs())
+                } else {
+                    0.0
+                }
+            });
+            size >= (1.0 - NOISE) * of_ends && beyond.fold(0.0, f64::max) > NARROW * peak
+        };
         let is_narrow = || {
             [0.5 * (from + part), 0.5 * (part + to)].iter().all(|&beside| {
                 let at = self.acceleration(beside);
-                at.is_none_or(|at| apart(&at, beside) < NARROW * peak)
+                at.is_none_or(|at| largest(&apart(&at, beside)) < NARROW * peak)
             })
         };
-        let swings = peak > 0.25 * size && (size >= (1.0 - NOISE) * of_ends || is_narrow());
-        Some(if swings { peak / size.max(of_ends) } else { 0.0 })
+        let deviates = peak > 0.25 * size && (is_beyond() || is_narrow());
+        Some(if deviates { peak / size.max(of_ends) } else { 0.0 })
+    }
+
+    /// The change of the acceleration from one side of a part of the path to the other, halved and relative to itself, if most of it is close
+    /// to the place and it is no larger elsewhere; else 0.
+    fn turn(&self, part: f64) -> f64 {
+        let ends = Self::about(part).map(|end| (end, self.acceleration(end)));
+        let [(_, Some(first)), (_, Some(last))] = &ends else {
+            return 0.0;
+        };
+        let Some(here) = self.acceleration(part) else {
+            return 0.0;
+        };
+        let (size, of_ends) = (largest(&here.a), largest(&first.a).max(largest(&last.a)));
+        let change = |from: &Acceleration| here.largest(&here.a.zip(&from.a, |here, from| here - from));
+        let turns = ends.iter().filter_map(|(end, at)| {
+            let all = change(at.as_ref()?);
+            let halfway = self.acceleration(0.5 * (end + part));
+            let is_close = halfway.is_none_or(|halfway| change(&halfway) > (1.0 - NARROW) * all);
+            (is_close && all > 0.5 * size).then_some(0.5 * all / size.max(of_ends))
+        });
+        if size >= (1.0 - NOISE) * of_ends {
+            turns.fold(0.0, f64::max)
+        } else {
+            0.0
+        }
     }
 
     /// The change of the acceleration where an argument changes its sign, relative to itself: the largest of

@@ -10,11 +10,11 @@ use crate::number::largest;
 use crate::start::place::MotionPath;
 use crate::tape::declaration::{Declaration, Steep};
 
-/// If `u` changes by less than this on both sides of the place, up to the ends of the path, the nodes see the feature.
-const SEEN: f64 = 1.0;
+/// If `u` changes by less than this on both sides of the place, over the length of the path, the nodes see the feature.
+const SEEN: f64 = 0.25;
 
 /// Least slope of `u` at one end of the path or the other, in units of its length.
-const SLOPE: f64 = 1.0;
+const SLOPE: f64 = 0.25;
 
 /// A place this far behind the end of the path, as a part of it, may be that of the next path, whose first slope is taken on its way there.
 const OVERLAP: f64 = 1.0 / 256.0;
@@ -61,14 +61,13 @@ pub(super) fn places(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> Ve
             (before * after < 0.0).then(|| (change([from, to], |part| before.signum() * value(part)), 0.0))
         });
         for (place, height) in zeros.chain(extremum) {
-            let far = ends.iter().filter(|(_, end)| (end - height).abs() > SEEN);
-            let aside =
-                far.map(|&(end, _)| change([place, end], |part| ASIDE - (value(part) - height).abs()));
-            let known = places.len();
-            places.extend(aside);
-            if places.len() > known {
+            let goes = |part: f64| (value(part) - height).abs();
+            let ends = [place - 1.0, place + 1.0].map(|end| (end, goes(end)));
+            if ends.iter().any(|(_, far)| *far > SEEN) {
                 places.push(place);
             }
+            let far = ends.iter().filter(|(_, far)| *far > ASIDE);
+            places.extend(far.map(|&(end, _)| change([place, end], |part| ASIDE - goes(part))));
         }
     }
     places

@@ -242,16 +242,51 @@ pub(crate) fn narrow_places(
     pits.chain(others.into_iter().flatten()).collect()
 }
 
-/// The places between two changes of sign of an argument on a path, in the order of time: a force that acts there alone may be too small
-/// beside the changes to show.
-pub(crate) fn between(found: &[Crossing]) -> Vec<f64> {
-    let pairs = found.iter().enumerate().filter_map(|(k, first)| {
-        let next = found[k + 1..].iter().find(|next| next.switch == first.switch)?;
-        let [from, to] = [first.parts[1], next.parts[0]];
-        // the force of a hill is zero in its middle
-        Some([0.25, 0.5, 0.75].map(|part| from + part * (to - from)))
-    });
-    pairs.flatten().collect()
+/// Changes of sign of arguments on the last paths, in the order of time, at parts of the next path: negative.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LastChanges(Vec<Crossing>);
+
+/// Length of the time in which changes are remembered, in paths.
+const REMEMBERED: f64 = 3.0;
+
+impl LastChanges {
+    /// Forgets all changes before another motion.
+    pub(crate) fn forget(&mut self) {
+        self.0.clear();
+    }
+
+    /// Goes on to the next path, given the changes of sign on this one and its length as a part of the next. Those of tables are not
+    /// remembered, since their samples are known, nor those of functions that jump with the velocity, which come to rest.
+    pub(crate) fn push(&mut self, declaration: &Declaration<'_>, found: &[Crossing], length: f64) {
+        let remembered = declaration.sides()..declaration.switches();
+        self.0.extend(
+            found
+                .iter()
+                .filter(|crossing| remembered.contains(&crossing.switch)),
+        );
+        for Crossing { parts, .. } in &mut self.0 {
+            *parts = parts.map(|part| length * (part - 1.0));
+        }
+        self.0.retain(|crossing| crossing.parts[0] > -REMEMBERED);
+    }
+
+    /// The places between two changes of sign of an argument, the second of which is on this path: a force that acts there alone may be too
+    /// small beside the changes to show.
+    pub(crate) fn between(&self, found: &[Crossing]) -> Vec<f64> {
+        let places = found.iter().enumerate().flat_map(|(k, last)| {
+            let before = || self.0.iter().chain(&found[..k]).rev();
+            let same = before().find(|first| first.switch == last.switch);
+            let pairs = [before().next(), same].into_iter().flatten().map(|first| {
+                let [from, to] = [first.parts[1], last.parts[0]];
+                // the force of a hill is zero in its middle
+                [0.25, 0.5, 0.75].map(|part| from + part * (to - from))
+            });
+            pairs.collect::<Vec<_>>()
+        });
+        // it may act for longer than changes are remembered
+        let begun = (!self.0.is_empty()).then_some([0.0, 0.5]);
+        places.flatten().chain(begun.into_iter().flatten()).collect()
+    }
 }
 
 /// The changes of sign of arguments on a path, and the corners of tables, in the order of time. `came` has

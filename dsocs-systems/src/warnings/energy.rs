@@ -22,7 +22,7 @@ const EXPLAINED_PART: f64 = 0.5;
 
 /// The smallest defect of the energy balance that is reported, relative to the mean of its terms, and to its terms at that time: where a motion
 /// leaves an equilibrium, as `x = e^t` does, the terms grow exponentially, and with them the error of their difference, at any step.
-const LEAST_DEFECT: f64 = 0.1;
+const LEAST_DEFECT: f64 = 0.15;
 
 /// The energy's terms are summed at every node whose number is a multiple of this, and later at fewer: after node `n` next at
 /// node `n + n / TERMS_APART`, if that is farther.

@@ -52,9 +52,11 @@ fn constraint_power(node: &AnyNode<'_>) -> f64 {
     node.force.iter().zip(node.v).map(|(force, v)| force * v).sum()
 }
 
-/// The sum of the sizes of the energy's terms at a node.
+/// The sum of the sizes of the energy's terms at a node: of the kinetic and the potential energy, whose sum is the energy and whose difference
+/// the Lagrangian.
 fn energy_terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
-    node.energy.abs() + 2.0 * declaration.lagrangian(node.t, node.q, node.v).abs()
+    let lagrangian = declaration.lagrangian(node.t, node.q, node.v);
+    node.energy.abs().max(lagrangian.abs())
 }
 
 /// The observers of the nodes of a run.
