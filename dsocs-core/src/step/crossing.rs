@@ -269,7 +269,7 @@ impl StepPath<'_> {
                     0.0
                 }
             });
-            size >= (1.0 - NOISE) * of_ends && beyond.fold(0.0, f64::max) > NARROW * peak
+            peak > 0.25 * size.max(of_ends) && beyond.fold(0.0, f64::max) > NARROW * peak
         };
         let is_narrow = || {
             [0.5 * (from + part), 0.5 * (part + to)].iter().all(|&beside| {
@@ -277,7 +277,7 @@ impl StepPath<'_> {
                 at.is_none_or(|at| largest(&apart(&at, beside)) < NARROW * peak)
             })
         };
-        let deviates = peak > 0.25 * size && (is_beyond() || is_narrow());
+        let deviates = is_beyond() || peak > 0.25 * size && is_narrow();
         Some(if deviates { peak / size.max(of_ends) } else { 0.0 })
     }
 

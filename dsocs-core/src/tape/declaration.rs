@@ -27,20 +27,25 @@ pub(crate) struct TableAt<'d> {
     pub argument: f64,
 }
 
-/// A function that may be flat but for a narrow feature, at a point of a motion: an exponential function, or a power.
+/// A function that may be flat but for a narrow feature, at a point of a motion: an exponential function, or a power. Or a periodic one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Steep {
-    /// The exponent of the power; 0 for an exponential function.
+    /// The exponent of the power; 0 for an exponential function, infinite for a periodic one.
     pub exponent: f64,
-    /// The base of the power, or the argument of the exponential function.
+    /// The base of the power, or the argument of the exponential or periodic function.
     pub argument: f64,
 }
 
 impl Steep {
+    /// Whether the function is a sine, a cosine or a tangent.
+    pub fn is_periodic(self) -> bool {
+        self.exponent == f64::INFINITY
+    }
+
     /// The logarithm of the power, or the argument of the exponential function: the function is flat where this is far below its largest
     /// value nearby.
     pub fn logarithm(self) -> f64 {
-        if self.exponent == 0.0 {
+        if self.exponent == 0.0 || self.is_periodic() {
             self.argument
         } else {
             self.exponent * self.argument.abs().ln()

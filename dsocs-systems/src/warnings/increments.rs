@@ -20,6 +20,9 @@ const LEAST_STREAK: u32 = 12;
 /// an error of 2e-4.
 const LEAST: f64 = 2e-3;
 
+/// A motion begins in a step in which the largest velocity so far grows by more than this factor.
+const BEGINS: f64 = 1.5;
+
 /// The increments of a composition.
 #[derive(Default)]
 pub struct Increments {
@@ -55,10 +58,14 @@ impl Increments {
             let [increments, integrals] = position_changes(shape, [before.point(), node.point()]);
             let h = (node.t - before.t).abs();
             for (i, (increment, integral)) in increments.into_iter().zip(integrals).enumerate() {
-                self.largest[i] = self.largest[i].max(node.v[i].abs());
+                let earlier = self.largest[i];
+                self.largest[i] = earlier.max(node.v[i].abs());
+                // a force that grows from nothing, as that of a feature far away, does so by large factors
+                let begins = self.largest[i] > BEGINS * earlier;
                 // what rests moves by rounding
                 let rounding = f64::EPSILON * (before.q[i].abs() + node.q[i].abs());
                 let differs = node.stop != Stop::Sticks
+                    && !begins
                     && (increment - integral).abs() > (LEAST * h * self.largest[i]).max(rounding);
                 self.streaks[i] = if differs { self.streaks[i] + 1 } else { 0 };
                 if self.streaks[i] == LEAST_STREAK {

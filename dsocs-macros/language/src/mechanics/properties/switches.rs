@@ -11,6 +11,12 @@ use crate::model::{Displacements, Model};
 /// The least exponent of a power that may be flat except where its base is large.
 const HIGH: f64 = 4.0;
 
+/// A sum of squares with a smaller constant is nearly zero where the squares are, also if these have bounds.
+const SOFT: f64 = 0.1;
+
+/// The largest ratio of gears.
+const GEAR: f64 = 8.0;
+
 /// The arguments of a declaration's switches and poles.
 pub(crate) struct Switches {
     /// The graph of the arguments.
@@ -24,21 +30,23 @@ pub(crate) struct Switches {
     pub(crate) steep: Vec<Steep>,
 }
 
-/// A function that may be flat but for a narrow feature: an exponential one or a power.
+/// A function that may be flat but for a narrow feature, an exponential one or a power, or a periodic one.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Steep {
-    /// The exponent of a power; 0 for an exponential function.
+    /// The exponent of a power; 0 for an exponential function, infinite for a periodic one.
     pub(crate) exponent: f64,
-    /// The argument of the exponential function, or the base of the power, in the same leaves.
+    /// The argument of the exponential or periodic function, or the base of the power, in the same leaves.
     pub(crate) argument: NodeId,
 }
 
 impl Steep {
     /// A power, if it is of a high degree, or a quotient whose divisor grows with the motion and does not vanish: one that may is a switch.
     fn power(graph: &Graph, ranges: &mut Ranges, (argument, exponent): (NodeId, f64)) -> Option<Self> {
-        let is_steep = if exponent < 0.0 {
+        let is_root = exponent.fract() != 0.0 && graph.is_softened_sum(argument);
+        let is_steep = if exponent < 0.0 || is_root {
             let vanishes = !graph.is_softened_sum(argument) && !ranges.exclude_zero(graph, argument);
-            !vanishes && grows(graph, argument)
+            let is_soft = matches!(graph.node(argument), Node::Sum(constant, _) if (0.0..SOFT).contains(&constant.get()));
+            !vanishes && (grows(graph, argument) || is_soft)
         } else {
             exponent >= HIGH
         };
@@ -159,13 +167,23 @@ fn vanishing_factors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 fn steep(graph: &Graph, ranges: &mut Ranges, id: NodeId) -> Vec<Steep> {
     match graph.node(id) {
         // a limit of friction: the force is different on both sides, which the nodes see
-        Node::Unary(Unary::Tanh, argument) if graph.order(*argument) > Some(0) => Vec::new(),
-        Node::Unary(Unary::Exp | Unary::ExpM1 | Unary::Sinh | Unary::Cosh | Unary::Tanh, argument) => {
+        Node::Unary(Unary::Tanh | Unary::Atan, argument) if graph.order(*argument) > Some(0) => Vec::new(),
+        Node::Unary(
+            Unary::Exp | Unary::ExpM1 | Unary::Sinh | Unary::Cosh | Unary::Tanh | Unary::Atan,
+            argument,
+        ) => {
             vec![Steep {
                 exponent: 0.0,
                 argument: unclamped(graph, *argument),
             }]
         }
+        Node::Unary(Unary::Sin | Unary::Cos | Unary::Tan, argument) if !is_angle(graph, *argument) => {
+            vec![Steep {
+                exponent: f64::INFINITY,
+                argument: *argument,
+            }]
+        }
+        Node::Unary(Unary::Sqrt, base) => Steep::power(graph, ranges, (*base, 0.5)).into_iter().collect(),
         Node::Powf(base, exponent) => {
             let power = graph.as_constant(*exponent).map(|exponent| (*base, exponent));
             power
@@ -182,6 +200,24 @@ fn steep(graph: &Graph, ranges: &mut Ranges, id: NodeId) -> Vec<Steep> {
                 .collect()
         }
         _ => Vec::new(),
+    }
+}
+
+/// Whether an expression is an angle, which turns little in a step: a coordinate, a ratio of gears times one, or a sum of these with small
+/// factors. A phase of the time is not, nor is a coordinate divided by a wavelength.
+fn is_angle(graph: &Graph, id: NodeId) -> bool {
+    match graph.node(id) {
+        Node::Leaf(leaf) => *leaf != Leaf::T,
+        Node::Product(factors) => factors
+            .iter()
+            .all(|&(factor, exponent)| match graph.node(factor) {
+                Node::Param(_) => exponent > 0,
+                _ => exponent == 1 && is_angle(graph, factor),
+            }),
+        Node::Sum(_, terms) => terms
+            .iter()
+            .all(|(term, factor)| factor.get().abs() <= GEAR && is_angle(graph, *term)),
+        _ => false,
     }
 }
 
