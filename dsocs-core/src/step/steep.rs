@@ -32,8 +32,8 @@ const ASIDE: f64 = 0.35;
 /// A periodic function whose argument changes by less than this on a path is one that the nodes see.
 const TURNS: f64 = 2.0;
 
-/// The places at which such a function is looked at.
-const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
+/// The places at which such a function is looked at: in half a period it may be nearly linear.
+const WITHIN: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 
 /// Number of sections of the path in the search of an extremum.
 const SHORTENINGS: u32 = 60;

@@ -102,3 +102,14 @@ fn forces_that_steps_resolve_are_not_told() {
         }
     }
 }
+
+/// A hill between the nodes gives a free mass a third of its energy: no force changes that.
+#[test]
+fn a_hill_between_the_nodes_is_told() {
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 0.4 * (1 - ((x - 0.5) / 0.012).powi(2)).max(0).powi(3); \
+                run { start = ([0], [1]); step = 0.01; until = 1; }";
+    let (warnings, _) = run(text, &[]);
+    assert!(warnings.contains("warning: the energy is 6.523e-1"), "{warnings}");
+    let (warnings, _) = run(text, &["--step", "0.001"]);
+    assert_eq!(warnings, "", "{warnings}");
+}

@@ -109,3 +109,13 @@ fn an_increment_below_the_rounding_of_its_position_is_not() {
         }
     }
 }
+
+/// Before a Gaussian hill arrives its force grows by large factors from nothing, and means nothing.
+#[test]
+fn a_force_that_grows_from_nothing_is_not_told() {
+    let text = "coordinates(x, y); \
+                lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 0.3 * (-((x - 0.503).powi(2) + (y - 0.004).powi(2)) / 0.004).exp(); \
+                run { start = ([0, 0], [1, 0]); step = 0.01; until = 1; }";
+    let (warnings, _) = run(text, &["--order", "4"]);
+    assert_eq!(warnings, "");
+}

@@ -13,6 +13,7 @@ mod jumps;
 mod program;
 mod samples;
 mod third_order;
+mod turns;
 
 use std::fs;
 

@@ -184,7 +184,7 @@ fn a_feature_that_the_steps_resolve_is_not() {
 #[test]
 fn a_period_of_the_step_is_counted() {
     for h in [0.01, 0.0137] {
-        for periods in [1.0, 2.0, 3.0, 0.99, 1.995] {
+        for periods in [0.5, 1.0, 2.0, 3.0, 0.99, 1.995] {
             for phase in [0.0, 0.4, 1.1] {
                 let text = format!(
                     "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 2 * x.powi(2); \

@@ -3,7 +3,7 @@
 //! Such an expression is the argument of a `signum` or of an absolute value, the difference of the two sides
 //! of a comparison, or a denominator. Runs of steps watch the signs of these *arguments*.
 
-use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
+use crate::graph::{Bits, Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::mechanics::properties::sides::{Sides, sides};
 use crate::model::{Displacements, Model};
@@ -11,7 +11,7 @@ use crate::model::{Displacements, Model};
 /// The least exponent of a power that may be flat except where its base is large.
 const HIGH: f64 = 4.0;
 
-/// A sum of squares with a smaller constant is nearly zero where the squares are, also if these have bounds.
+/// A sum of squares whose constant is less than this part of one of its factors is nearly zero where the square is, also if that has a bound.
 const SOFT: f64 = 0.1;
 
 /// The largest ratio of gears.
@@ -45,7 +45,14 @@ impl Steep {
         let is_root = exponent.fract() != 0.0 && graph.is_softened_sum(argument);
         let is_steep = if exponent < 0.0 || is_root {
             let vanishes = !graph.is_softened_sum(argument) && !ranges.exclude_zero(graph, argument);
-            let is_soft = matches!(graph.node(argument), Node::Sum(constant, _) if (0.0..SOFT).contains(&constant.get()));
+            let is_soft = match graph.node(argument) {
+                Node::Sum(constant, terms) => {
+                    let is_small =
+                        |(_, factor): &(NodeId, Bits)| constant.get().abs() < SOFT * factor.get().abs();
+                    terms.iter().any(is_small)
+                }
+                _ => false,
+            };
             !vanishes && (grows(graph, argument) || is_soft)
         } else {
             exponent >= HIGH
