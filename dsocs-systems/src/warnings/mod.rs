@@ -82,13 +82,14 @@ enum Observers {
 struct Steps {
     energy: Energy,
     alternation: Alternation,
-    turns: Turns,
     /// What only some systems and methods have. Behind one branch: each costs every step.
     special: Option<Box<Special>>,
 }
 
 /// What is observed of some systems, and with some methods.
 struct Special {
+    /// Of a system with rotations.
+    turns: Option<Turns>,
     /// Where external forces or the time change the energy.
     resolution: Option<Resolution>,
     /// Of a composition.
@@ -99,14 +100,15 @@ impl Steps {
     /// The observers for a run of a system by a method.
     fn of(method: Method, shape: &Shape) -> Self {
         let special = Special {
+            turns: (!shape.rotations.is_empty()).then(|| Turns::of(&shape.rotations)),
             resolution: (shape.external_forces || shape.depends_on_time).then(Resolution::default),
             increments: matches!(method, Method::Composed(_)).then(Increments::default),
         };
-        let is_special = special.resolution.is_some() || special.increments.is_some();
+        let is_special =
+            special.turns.is_some() || special.resolution.is_some() || special.increments.is_some();
         Self {
             energy: Energy::of(shape),
             alternation: Alternation::default(),
-            turns: Turns::of(&shape.rotations),
             special: is_special.then(|| Box::new(special)),
         }
     }
@@ -116,7 +118,6 @@ impl Steps {
     fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
         self.energy.look(node, row);
         self.alternation.look(node.index, row);
-        self.turns.look(node, row);
         if let Some(special) = &mut self.special {
             special.look(node, row);
         }
@@ -126,7 +127,7 @@ impl Steps {
     fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
         let special = self.special.as_deref();
         let resolution = || special?.resolution.as_ref()?.note(h);
-        let turns = || self.turns.note(names.iter().copied(), method, h);
+        let turns = || special?.turns.as_ref()?.note(names.iter().copied(), method, h);
         let increments = || special?.increments.as_ref()?.note(names, h);
         [
             self.energy.note(method, h).or_else(resolution),
@@ -141,6 +142,9 @@ impl Special {
     /// Looks at the next node.
     #[inline]
     fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
+        if let Some(turns) = &mut self.turns {
+            turns.look(node);
+        }
         if let Some(resolution) = &mut self.resolution {
             resolution.look(node.energy, row);
         }

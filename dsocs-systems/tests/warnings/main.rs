@@ -13,7 +13,6 @@ mod jumps;
 mod program;
 mod samples;
 mod third_order;
-mod turns;
 
 use std::fs;
 
