@@ -7,6 +7,7 @@
 
 use super::run::Composed;
 use super::stages::State;
+use crate::number::largest;
 use crate::number::point::AnyPoint;
 use crate::run::Unresolved;
 use crate::solve::Vector;
@@ -270,7 +271,10 @@ impl Composed<'_> {
 fn noise([from, to]: [&Node; 2], i: usize) -> f64 {
     let h = to.t - from.t;
     let moves = [from, to].map(|node| node.q[i].abs().max((h * node.v[i]).abs()));
-    NOISE * jumps::rounding(h, moves[0].max(moves[1]))
+    // where a coordinate is at rest, far from a narrow feature, its acceleration is 1e-300 and grows by large factors
+    let speeds = [from, to].map(|node| largest(&node.v));
+    let nothing = f64::EPSILON * jumps::rounding(h, h * speeds[0].max(speeds[1]));
+    (NOISE * jumps::rounding(h, moves[0].max(moves[1]))).max(nothing)
 }
 
 /// A path on which no body rests.

@@ -6,7 +6,7 @@ use crate::number::scalar::Scalar as _;
 use crate::samples::Samples;
 use crate::solve::rotation;
 use crate::tape::Shape;
-use crate::tape::origin::{Origin, large, origin, result, without_derivative};
+use crate::tape::origin::{Origin, large, origin, result, turning, without_derivative};
 use crate::tape::quantity::Quantity;
 use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
 
@@ -52,6 +52,9 @@ impl Steep {
         }
     }
 }
+
+/// Relative difference of two values that are equal but for rounding.
+const EQUAL: f64 = 1e-9;
 
 /// The declaration of a system: its tape, and the values of its parameters.
 ///
@@ -562,6 +565,55 @@ impl<'s> Declaration<'s> {
     ) -> Option<Origin> {
         let at = At::point(point);
         large(self.source, Segment::Continuous, size, &leaves(self, &at), name)
+    }
+
+    /// The argument of a sine, a cosine or a tangent that differs most between two points, as it is written in the declaration, and the
+    /// difference, in rad: of those that differ by more than `least`, and on which the equations of the continuous system depend. Arguments with
+    /// the time are left out: steps look at these themselves.
+    #[cold]
+    #[must_use]
+    pub fn largest_turn(
+        &self,
+        from: AnyPoint<'_, f64>,
+        to: AnyPoint<'_, f64>,
+        least: f64,
+    ) -> Option<(String, f64)> {
+        let at = [At::point(from), At::point(to)];
+        let [before, after] = [leaves(self, &at[0]), leaves(self, &at[1])];
+        let name = |leaf| crate::regularity::undefined::named(self, leaf);
+        let turning = turning(self.source, Segment::Continuous, least, [&before, &after], &name);
+        let matters = |argument: &Origin| {
+            let mut beside = to.q.to_vec();
+            for (leaf, _) in &argument.leaves {
+                if let &Leaf::Q(i) = leaf {
+                    beside[i] -= (to.q[i] - from.q[i]) / argument.value;
+                }
+            }
+            self.depends_on_position(to, &beside)
+        };
+        turning
+            .into_iter()
+            .filter(matters)
+            .max_by(|a, b| a.value.total_cmp(&b.value))
+            .map(|argument| (argument.text, argument.value))
+    }
+
+    /// Whether the equations of the continuous system differ between a point and another position, by more than rounding.
+    fn depends_on_position(&self, point: AnyPoint<'_, f64>, position: &[f64]) -> bool {
+        // at rest nothing shows that a mass depends on the position, and in equilibrium rows are zero
+        let moved = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| x + 1.0).collect() };
+        let (v, a) = (moved(point.v), moved(point.a));
+        let multipliers = vec![1.0; self.forms_count()];
+        let [here, there] = [point.q, position].map(|q| {
+            let point = AnyPoint {
+                t: point.t,
+                q,
+                v: &v,
+                a: &a,
+            };
+            self.continuous(point, &multipliers)
+        });
+        (here.iter().zip(&there)).any(|(x, y)| (x - y).abs() > EQUAL * x.abs().max(y.abs()))
     }
 
     /// The first expression in the rows of the continuous system that has a value and no derivative.

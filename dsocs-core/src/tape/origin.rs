@@ -158,6 +158,41 @@ pub(crate) fn large(
     })
 }
 
+/// The arguments of sines, cosines and tangents in a segment that differ by more than `least` between two sets of leaves, with the difference as
+/// value; none that depends on time.
+pub(crate) fn turning(
+    source: &dyn Source,
+    segment: Segment,
+    least: f64,
+    [from, to]: [&dyn Fn(Leaf) -> f64; 2],
+    name: &dyn Fn(Leaf) -> String,
+) -> Vec<Origin> {
+    let Some((ops, before, results)) = evaluated(source, segment, from) else {
+        return Vec::new();
+    };
+    let after = values(&ops, source, to);
+    let argument = |place: &usize| match ops[*place] {
+        Op::Function(Function::Sin | Function::Cos | Function::Tan, a) => Some(a),
+        _ => None,
+    };
+    let turned = |place: usize| {
+        let turn = (after[place] - before[place]).abs();
+        let mut leaves = Vec::new();
+        if turn > least {
+            collect(&ops, place, &after, &mut leaves);
+        }
+        let depends_on_time = |(leaf, _): &(Leaf, f64)| matches!(leaf, Leaf::T | Leaf::Clock);
+        (turn > least && !leaves.iter().any(depends_on_time)).then(|| Origin {
+            text: shortened(&ops, place, name),
+            value: turn,
+            leaves,
+        })
+    };
+    (needed(&ops, &results, &after).iter().filter_map(argument))
+        .filter_map(turned)
+        .collect()
+}
+
 /// An operation as text, shortened if it is long.
 fn shortened(ops: &[Op], place: usize, name: &dyn Fn(Leaf) -> String) -> String {
     let text = (1..=DEEP).rev().map(|deep| written(ops, place, deep, name).0);

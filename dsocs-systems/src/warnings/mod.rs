@@ -1,9 +1,10 @@
 //! Warnings about a run: an energy that changes without cause; with steps of a fixed length one that
-//! explodes, forces that change too fast for the step, bodies that rotate too far in a step, coordinates that alternate from step to step, and with
-//! compositions coordinates that move otherwise than their velocities say; constraints that nearly depend on
-//! each other; and velocities that jump since an input is a mass. The command line and the Python package give the same warnings.
+//! explodes, forces that change too fast for the step, bodies that rotate and arguments of sines that change too far in a
+//! step, coordinates that alternate from step to step, and with compositions coordinates that move otherwise than their
+//! velocities say; constraints that nearly depend on each other; and velocities that jump since an input is a mass. The command line and the Python package give the same warnings.
 
 mod alternation;
+mod arguments;
 mod conserved;
 mod dependence;
 mod energy;
@@ -19,6 +20,7 @@ use dsocs_core::{AnyNode, Declaration, Shape};
 use crate::entry::{Method, Row};
 
 use alternation::Alternation;
+use arguments::Arguments;
 use conserved::Conserved;
 use dependence::Dependence;
 use energy::Energy;
@@ -82,6 +84,7 @@ enum Observers {
 struct Steps {
     energy: Energy,
     alternation: Alternation,
+    arguments: Arguments,
     /// What only some systems and methods have. Behind one branch: each costs every step.
     special: Option<Box<Special>>,
 }
@@ -109,6 +112,7 @@ impl Steps {
         Self {
             energy: Energy::of(shape),
             alternation: Alternation::default(),
+            arguments: Arguments::default(),
             special: is_special.then(|| Box::new(special)),
         }
     }
@@ -118,6 +122,7 @@ impl Steps {
     fn look<'r>(&mut self, node: &AnyNode<'_>, row: &impl Fn() -> Row<'r>) {
         self.energy.look(node, row);
         self.alternation.look(node.index, row);
+        self.arguments.look(node, row);
         if let Some(special) = &mut self.special {
             special.look(node, row);
         }
@@ -131,7 +136,7 @@ impl Steps {
         let increments = || special?.increments.as_ref()?.note(names, h);
         [
             self.energy.note(method, h).or_else(resolution),
-            turns().or_else(increments),
+            turns().or_else(|| self.arguments.note(h)).or_else(increments),
             self.alternation.note(names.iter().copied(), method),
             None,
         ]

@@ -11,7 +11,7 @@ const LARGE_TURN: f64 = 1.5;
 const LARGEST_TURN: f64 = 3.0;
 
 /// A rotation in a step that is well resolved, in rad.
-const RESOLVED_TURN: f64 = 0.5;
+pub const RESOLVED_TURN: f64 = 0.5;
 
 /// The fastest rotation of a run.
 pub struct Turns {
@@ -79,7 +79,7 @@ impl Turns {
 }
 
 /// A number rounded down to one digit.
-fn rounded(x: f64) -> f64 {
+pub fn rounded(x: f64) -> f64 {
     let unit = 10_f64.powf(x.log10().floor());
     // the nearest number to this decimal
     format!("{:e}", (x / unit).floor() * unit).parse().unwrap_or(x)

@@ -2,6 +2,7 @@
 //! that pass, or give the reason why they are not required.
 
 mod alternation;
+mod arguments;
 mod checks;
 mod dependence;
 mod energy;
