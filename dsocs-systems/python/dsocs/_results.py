@@ -91,8 +91,9 @@ def jumps(found: Unresolved, steps: int, order: int) -> str:
         )
     goes_on = "; or `tolerance`, which goes on from the place of the jump itself; estimate_error() measures what it costs"
     return (
-        f"a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {found.first:.3f}: there the "
-        f"motion has an error of the first order in the step; where a root is zero, its rate has no bound, and the order is between 1 and 2 (a smaller `h`{'' if third else goes_on})"
+        f"a force or a constraint jumps, or varies too fast for the nodes, within {steps} step{plural}, first about t = {found.first:.3f}: a jump costs an "
+        "error of the first order in the step, a root of zero, whose rate has no bound, one of an order between 1 and 2; what has its peak or its "
+        f"period between two nodes is lost, and the motion may be another one (a smaller `h`{'' if third else goes_on})"
     )
 
 

@@ -185,7 +185,7 @@ def test_a_series_that_ends_keeps_the_run() -> None:
 
 def test_jumps_are_warned_of() -> None:
     system = dsocs.System(FRICTION.replace("-dry * dot(x).signum()", "-dry * x.signum()"))
-    with pytest.warns(dsocs.StepWarning, match="jumps, or nearly so, within"):
+    with pytest.warns(dsocs.StepWarning, match="varies too fast for the nodes, within"):
         run = system.flow(q=[1.0], v=[0.0], h=0.1).until(10.0)
     assert run.unresolved is not None and run.unresolved.steps >= 1
 

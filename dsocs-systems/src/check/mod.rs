@@ -428,7 +428,7 @@ fn window(motion: &CheckedMotion<'_>, report: &mut Report) {
         );
         if let Some(Unresolved { first, .. }) = motion.doubtful.unresolved {
             report.note(&format!(
-                "a force or a constraint jumps, or nearly so, within a step, first about t = {}: such steps lower the order, to 1 at a jump, and to between 1 and 2 where a root is zero, whose rate has no bound there; take a smaller step, or a smoother function",
+                "a force or a constraint jumps, or varies too fast for the nodes, within a step, first about t = {}: such steps lower the order, to 1 at a jump, and to between 1 and 2 where a root is zero, whose rate has no bound there; take a smaller step, or a smoother function",
                 written_time(first)
             ));
         }

@@ -6,10 +6,7 @@ use crate::entry::Row;
 use crate::stability::written_time;
 
 use super::is_tested;
-use super::turns::{RESOLVED_TURN, rounded};
-
-/// An argument that changes by more than this in a step, in rad, has hardly three nodes in a period.
-const LARGE_CHANGE: f64 = 2.0;
+use super::turns::{LARGE_TURN, RESOLVED_TURN, rounded};
 
 /// The arguments are looked at again where a velocity is larger than at all nodes so far that were looked at, by this factor; so is a change that
 /// takes the place of one before.
@@ -50,7 +47,7 @@ impl Arguments {
         for (speed, v) in self.speeds.iter_mut().zip(node.v) {
             *speed = speed.max(FASTER * v.abs());
         }
-        let least = (self.largest.as_ref()).map_or(LARGE_CHANGE, |(_, change, _)| FASTER * change);
+        let least = (self.largest.as_ref()).map_or(LARGE_TURN, |(_, change, _)| FASTER * change);
         let turned = row
             .declaration
             .largest_turn(before.any().point(), node.point(), least);
@@ -64,7 +61,7 @@ impl Arguments {
         let (text, change, t) = self.largest.as_ref()?;
         let shorter = rounded(RESOLVED_TURN * h.abs() / change);
         Some(format!(
-            "warning: `{text}` changes by {change:.1} rad in a step at t = {}, and its sine or cosine has hardly three nodes in a period: \
+            "warning: `{text}` changes by {change:.1} rad in a step at t = {}, and its sine or cosine has hardly four nodes in a period: \
                  what depends on it in between is lost; take `--step {shorter}` or less, {RESOLVED_TURN} rad a step",
             written_time(*t)
         ))

@@ -4,8 +4,8 @@ use dsocs_core::AnyNode;
 
 use crate::entry::Method;
 
-/// A step that rotates a body by more than this, in rad, is too coarse for the asymptotic order of the error.
-const LARGE_TURN: f64 = 1.5;
+/// A step that rotates a body, or turns an angle, by more than this, in rad, is too coarse for the asymptotic order of the error.
+pub const LARGE_TURN: f64 = 1.5;
 
 /// The largest rotation in a step, in rad.
 const LARGEST_TURN: f64 = 3.0;

@@ -132,8 +132,9 @@ pub(super) fn jump_warning(
         ""
     };
     format!(
-        "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first}: there the motion has an error of the first \
-         order in the step{at_best}; where a root is zero, its rate has no bound, and the order is between 1 and 2 ({goes_on})"
+        "warning: a force or a constraint jumps, or varies too fast for the nodes, within {steps} step{plural}, first about t = {first}: a jump costs an error \
+         of the first order in the step{at_best}, a root of zero, whose rate has no bound, one of an order between 1 and 2; what has its peak or its \
+         period between two nodes is lost, and the motion may be another one ({goes_on})"
     )
 }
 
