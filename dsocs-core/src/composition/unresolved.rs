@@ -257,7 +257,7 @@ impl Composed<'_> {
             let on = on(&with_last, h, declaration);
             let narrow = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
             let swings = narrow.map(|place| on.swings_at(place));
-            let between = came.changes.between(&all).into_iter();
+            let between = came.changes.between(&declaration, &all).into_iter();
             let swings = swings.chain(between.filter_map(|place| on.deviation(place)));
             let swings = swings.filter(|swing| *swing > 0.0);
             at_features = swings.reduce(f64::max);

@@ -170,7 +170,7 @@ impl Discrete<'_> {
                 let with_last = |part: f64| self.with_last(e, part);
                 let continued = number == 1 && self.run_state.has_solved;
                 let around = along(if continued { &with_last } else { *path });
-                part = part.max(swings(&around, switches.changes.between(&found)));
+                part = part.max(swings(&around, switches.changes.between(&now, &found)));
                 // a force that acts at the middle node alone leads away from the path that would show it
                 if part <= jumps::REPORTED && number == 1 {
                     let expected = |part: f64| self.between(self.run_state.vectors.e(), part);
@@ -179,7 +179,7 @@ impl Discrete<'_> {
                     let found = switches::crossings(now, on.path, &mut unknown, |switch, last| {
                         span.is_examined(switch, last)
                     });
-                    part = part.max(swings(&on, switches.changes.between(&found)));
+                    part = part.max(swings(&on, switches.changes.between(&now, &found)));
                 }
             }
             // the path from the start is half as long as that of a step

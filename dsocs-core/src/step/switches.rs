@@ -226,10 +226,13 @@ fn pit(values: [f64; 3]) -> Option<f64> {
     (keeps && side * value < least && NEXT < place && place < 1.0 + OVERLAP * NEXT).then_some(place)
 }
 
+/// A place nearer than this to the change of a side, as a part of the path, is at that change.
+const EVENT: f64 = 1.0 / 32.0;
+
 /// The places of a path where a feature may be narrower than the step: an argument that keeps its sign comes
 /// much nearer to zero than at both ends, so that the motion nearly meets a pole; or samples lie between the
-/// ends; or the argument of a steep function has a zero or an extremum. `is_asked` selects arguments by number and value at the end of the path, since those of resting
-/// bodies are zero to rounding.
+/// ends; or the argument of a steep function has a zero or an extremum. `is_asked` selects arguments by number and value at the end of the path,
+/// since those of resting bodies are zero to rounding, and stops and releases are resolved.
 pub(crate) fn narrow_places(
     declaration: &Declaration<'_>,
     path: &MotionPath<'_>,
@@ -238,8 +241,16 @@ pub(crate) fn narrow_places(
     let [first, middle, last] = PLACES.map(|part| path(part).arguments(declaration));
     let asked = (0..first.len()).filter(|&g| is_asked(g, last[g]));
     let pits = asked.filter_map(|g| pit([first[g], middle[g], last[g]]));
-    let others = [knots::hidden(declaration, path), steep::places(declaration, path)];
-    pits.chain(others.into_iter().flatten()).collect()
+    // friction may have its peak where its side changes, which is resolved
+    let is_at_event = |place: &f64| {
+        let [before, after] = [place - EVENT, place + EVENT].map(|part| path(part).arguments(declaration));
+        (0..declaration.sides()).any(|g| !is_asked(g, last[g]) && before[g] * after[g] <= 0.0)
+    };
+    let mut steep = steep::places(declaration, path);
+    steep.retain(|place| !is_at_event(place));
+    pits.chain(knots::hidden(declaration, path))
+        .chain(steep)
+        .collect()
 }
 
 /// Changes of sign of arguments on the last paths, in the order of time, at parts of the next path: negative.
@@ -271,10 +282,12 @@ impl LastChanges {
     }
 
     /// The places between two changes of sign of an argument, the second of which is on this path: a force that acts there alone may be too
-    /// small beside the changes to show.
-    pub(crate) fn between(&self, found: &[Crossing]) -> Vec<f64> {
+    /// small beside the changes to show. There are none between functions that jump with the velocity: where one releases another, both change at once.
+    pub(crate) fn between(&self, declaration: &Declaration<'_>, found: &[Crossing]) -> Vec<f64> {
+        let sides = declaration.sides();
+        let found: Vec<&Crossing> = (found.iter().filter(|crossing| crossing.switch >= sides)).collect();
         let places = found.iter().enumerate().flat_map(|(k, last)| {
-            let before = || self.0.iter().chain(&found[..k]).rev();
+            let before = || self.0.iter().chain(found[..k].iter().copied()).rev();
             let same = before().find(|first| first.switch == last.switch);
             let pairs = [before().next(), same].into_iter().flatten().map(|first| {
                 let [from, to] = [first.parts[1], last.parts[0]];
