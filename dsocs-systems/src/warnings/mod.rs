@@ -1,7 +1,8 @@
 //! Warnings about a run: an energy that changes without cause; with steps of a fixed length one that
 //! explodes, forces that change too fast for the step, bodies that rotate and arguments of sines that change too far in a
 //! step, coordinates that alternate from step to step, and with compositions coordinates that move otherwise than their
-//! velocities say; constraints that nearly depend on each other; and velocities that jump since an input is a mass. The command line and the Python package give the same warnings.
+//! velocities say; constraints that nearly depend on each other; and velocities that jump since an input is a mass. The
+//! command line and the Python package give the same warnings.
 
 mod alternation;
 mod arguments;
