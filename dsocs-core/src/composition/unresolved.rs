@@ -17,7 +17,7 @@ use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::StepPath;
 use crate::step::jumps;
 use crate::step::smooth::NEAR_PREDICTION;
-use crate::step::switches::{self, Crossing, LastChanges};
+use crate::step::switches::{self, Crossing, LastArguments};
 use crate::tape::declaration::Declaration;
 
 /// An acceleration may vary by this many times what moves a node by one rounding, before it is examined.
@@ -80,31 +80,12 @@ pub(super) struct RecentNodes {
     /// Whether the last step has been examined.
     is_examined: bool,
     /// The arguments at the end of the step that was examined last.
-    came: Came,
+    came: LastArguments,
     /// The number of the node at the end of that step.
     looked_at: u64,
     /// The number of the node before which arguments and tables of samples are evaluated again; `None` if
     /// there are none.
     next_examination: Option<u64>,
-}
-
-/// The arguments of piecewise functions at the end of a step.
-#[derive(Clone, Debug)]
-struct Came {
-    /// Their signs, 0 if unknown.
-    signs: Vec<f64>,
-    /// Their changes before that end.
-    changes: LastChanges,
-}
-
-impl Came {
-    /// Nothing is known of the arguments of a declaration.
-    fn anew(declaration: &Declaration<'_>) -> Self {
-        Self {
-            signs: vec![0.0; declaration.switches()],
-            changes: LastChanges::default(),
-        }
-    }
 }
 
 impl Composed<'_> {
@@ -121,7 +102,7 @@ impl Composed<'_> {
             nodes: vec![self.here()],
             accelerations,
             is_examined: true,
-            came: Came::anew(&declaration),
+            came: LastArguments::unknown(&declaration),
             looked_at: 0,
             next_examination: declaration.is_switching().then_some(0),
         }));
@@ -154,7 +135,7 @@ impl Composed<'_> {
             && !foreseen
             && !watch.is_examined
         {
-            let mut came = Came::anew(&self.declaration());
+            let mut came = LastArguments::unknown(&self.declaration());
             self.look_between([before, last], None, &mut came, true);
         }
         let is_to_look = watch
@@ -164,7 +145,7 @@ impl Composed<'_> {
             && (is_to_look || !foreseen)
         {
             if watch.looked_at + 1 != index {
-                watch.came = Came::anew(&self.declaration());
+                watch.came = LastArguments::unknown(&self.declaration());
             }
             let clear = self.look_between([last, &here], watch.nodes.get(1), &mut watch.came, !foreseen);
             watch.looked_at = index;
@@ -183,7 +164,7 @@ impl Composed<'_> {
         &mut self,
         [from, to]: [&Node; 2],
         before: Option<&Node>,
-        came: &mut Came,
+        came: &mut LastArguments,
         unforeseen: bool,
     ) -> u64 {
         let declaration = self.declaration();
@@ -229,7 +210,7 @@ impl Composed<'_> {
         &self,
         [from, to]: [&Node; 2],
         before: Option<&Node>,
-        came: &mut Came,
+        came: &mut LastArguments,
     ) -> [Option<f64>; 2] {
         let (h, declaration) = (to.t - from.t, self.declaration());
         let rotations = &self.kernel.shape().rotations;
@@ -257,7 +238,7 @@ impl Composed<'_> {
             let on = on(&with_last, h, declaration);
             let narrow = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
             let swings = narrow.map(|place| on.swings_at(place));
-            let between = came.changes.between(&declaration, &all).into_iter();
+            let between = came.changes.between(&all).into_iter();
             let swings = swings.chain(between.filter_map(|place| on.deviation(place)));
             let swings = swings.filter(|swing| *swing > 0.0);
             at_features = swings.reduce(f64::max);

@@ -17,7 +17,7 @@ use crate::start::ComputedStart;
 use crate::start::place::{MotionPath, Place};
 use crate::step::crossing::{Change, StepPath};
 use crate::step::jumps;
-use crate::step::switches::{self, LastChanges};
+use crate::step::switches::{self, LastArguments};
 use crate::tape::declaration::Declaration;
 
 /// A place of the path of a step nearer to its middle node than this, as a part of the step, is at the node.
@@ -30,10 +30,8 @@ const MOVED_BY: [f64; 2] = [1.6e-4, 1e-5];
 /// The state of the arguments of piecewise functions.
 #[derive(Clone, Debug)]
 pub(super) struct ArgumentSigns {
-    /// The signs at the end of the last path that was examined.
-    signs: Vec<f64>,
-    /// Their changes before that end.
-    changes: LastChanges,
+    /// The arguments at the end of the last path that was examined.
+    last: LastArguments,
     /// The index of the step that follows this path.
     index: u64,
     /// The numbers of the arguments with which the acceleration jumps on this path ([`Crossing::switch`](crate::step::switches::Crossing::switch)).
@@ -78,8 +76,7 @@ impl ArgumentSigns {
     /// The signs at the start; `None` if the declaration has no arguments to watch.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         declaration.is_switching().then(|| Self {
-            signs: vec![0.0; declaration.switches()],
-            changes: LastChanges::default(),
+            last: LastArguments::unknown(declaration),
             index: 0,
             jumped: Vec::new(),
         })
@@ -87,8 +84,7 @@ impl ArgumentSigns {
 
     /// Forgets the signs before the next path.
     pub(super) fn forget(&mut self) {
-        self.signs.fill(0.0);
-        self.changes.forget();
+        self.last.forget();
     }
 }
 
@@ -134,7 +130,7 @@ impl Discrete<'_> {
             .enumerate()
             .skip(usize::from(index != self.first_step()))
         {
-            let found = switches::crossings(now, path, &mut switches.signs, |switch, last| {
+            let found = switches::crossings(now, path, &mut switches.last.signs, |switch, last| {
                 span.is_examined(switch, last)
             });
             let along = |path| StepPath {
@@ -170,7 +166,7 @@ impl Discrete<'_> {
                 let with_last = |part: f64| self.with_last(e, part);
                 let continued = number == 1 && self.run_state.has_solved;
                 let around = along(if continued { &with_last } else { *path });
-                part = part.max(swings(&around, switches.changes.between(&now, &found)));
+                part = part.max(swings(&around, switches.last.changes.between(&found)));
                 // a force that acts at the middle node alone leads away from the path that would show it
                 if part <= jumps::REPORTED && number == 1 {
                     let expected = |part: f64| self.between(self.run_state.vectors.e(), part);
@@ -179,12 +175,13 @@ impl Discrete<'_> {
                     let found = switches::crossings(now, on.path, &mut unknown, |switch, last| {
                         span.is_examined(switch, last)
                     });
-                    part = part.max(swings(&on, switches.changes.between(&now, &found)));
+                    part = part.max(swings(&on, switches.last.changes.between(&found)));
                 }
             }
             // the path from the start is half as long as that of a step
             let is_half = number == 0 && !now.shape().is_of_third_order();
             switches
+                .last
                 .changes
                 .push(&now, &found, if is_half { 0.5 } else { 1.0 });
         }

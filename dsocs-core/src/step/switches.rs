@@ -260,12 +260,32 @@ pub(crate) struct LastChanges(Vec<Crossing>);
 /// Length of the time in which changes are remembered, in paths.
 const REMEMBERED: f64 = 3.0;
 
-impl LastChanges {
-    /// Forgets all changes before another motion.
-    pub(crate) fn forget(&mut self) {
-        self.0.clear();
+/// The arguments at the end of the last path that was examined.
+#[derive(Clone, Debug)]
+pub(crate) struct LastArguments {
+    /// Their signs, 0 if unknown.
+    pub(crate) signs: Vec<f64>,
+    /// Their changes before that end.
+    pub(crate) changes: LastChanges,
+}
+
+impl LastArguments {
+    /// Nothing is known of the arguments of a declaration.
+    pub(crate) fn unknown(declaration: &Declaration<'_>) -> Self {
+        Self {
+            signs: vec![0.0; declaration.switches()],
+            changes: LastChanges::default(),
+        }
     }
 
+    /// Forgets all before another motion.
+    pub(crate) fn forget(&mut self) {
+        self.signs.fill(0.0);
+        self.changes.0.clear();
+    }
+}
+
+impl LastChanges {
     /// Goes on to the next path, given the changes of sign on this one and its length as a part of the next. Those of tables are not
     /// remembered, since their samples are known, nor those of functions that jump with the velocity, which come to rest.
     pub(crate) fn push(&mut self, declaration: &Declaration<'_>, found: &[Crossing], length: f64) {
@@ -282,12 +302,10 @@ impl LastChanges {
     }
 
     /// The places between two changes of sign of an argument, the second of which is on this path: a force that acts there alone may be too
-    /// small beside the changes to show. There are none between functions that jump with the velocity: where one releases another, both change at once.
-    pub(crate) fn between(&self, declaration: &Declaration<'_>, found: &[Crossing]) -> Vec<f64> {
-        let sides = declaration.sides();
-        let found: Vec<&Crossing> = (found.iter().filter(|crossing| crossing.switch >= sides)).collect();
+    /// small beside the changes to show.
+    pub(crate) fn between(&self, found: &[Crossing]) -> Vec<f64> {
         let places = found.iter().enumerate().flat_map(|(k, last)| {
-            let before = || self.0.iter().chain(found[..k].iter().copied()).rev();
+            let before = || self.0.iter().chain(&found[..k]).rev();
             let same = before().find(|first| first.switch == last.switch);
             let pairs = [before().next(), same].into_iter().flatten().map(|first| {
                 let [from, to] = [first.parts[1], last.parts[0]];

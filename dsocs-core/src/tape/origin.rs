@@ -24,18 +24,68 @@ pub(crate) struct Origin {
     pub(crate) leaves: Vec<(Leaf, f64)>,
 }
 
-/// The operations of a segment, their values, and the places of its results.
-fn evaluated(
-    source: &dyn Source,
-    segment: Segment,
-    leaf: &dyn Fn(Leaf) -> f64,
-) -> Option<(Vec<Op>, Vec<f64>, Vec<usize>)> {
-    let bodies = source.tape().bodies();
-    let results = &bodies.get(segment as usize)?.results;
-    let (ops, places) = gathered(bodies, segment, &[]);
-    let values = values(&ops, source, leaf);
-    let results = results.iter().map(|&result| places[result]).collect();
-    Some((ops, values, results))
+/// A segment with the values of its operations.
+struct Evaluated<'n> {
+    /// The operations of this segment and of those that it reads.
+    ops: Vec<Op>,
+    /// Their values.
+    values: Vec<f64>,
+    /// The places of the segment's results.
+    results: Vec<usize>,
+    /// The names of leaves.
+    name: &'n dyn Fn(Leaf) -> String,
+}
+
+impl<'n> Evaluated<'n> {
+    /// `None` if the tape has no such segment.
+    fn new(
+        source: &dyn Source,
+        segment: Segment,
+        leaf: &dyn Fn(Leaf) -> f64,
+        name: &'n dyn Fn(Leaf) -> String,
+    ) -> Option<Self> {
+        let bodies = source.tape().bodies();
+        let results = &bodies.get(segment as usize)?.results;
+        let (ops, places) = gathered(bodies, segment, &[]);
+        Some(Self {
+            values: values(&ops, source, leaf),
+            results: results.iter().map(|&result| places[result]).collect(),
+            ops,
+            name,
+        })
+    }
+
+    /// The places that the results need, in order.
+    fn needed(&self) -> impl Iterator<Item = usize> {
+        let mut is_needed = vec![false; self.ops.len()];
+        for &result in &self.results {
+            is_needed[result] = true;
+        }
+        for place in (0..self.ops.len()).rev() {
+            if is_needed[place] {
+                for part in read(&self.ops[place], &self.values) {
+                    is_needed[part] = true;
+                }
+            }
+        }
+        (0..self.ops.len()).filter(move |&place| is_needed[place])
+    }
+
+    /// The leaves that an operation reads, with their values, in textual order.
+    fn leaves(&self, place: usize) -> Vec<(Leaf, f64)> {
+        let mut leaves = Vec::new();
+        collect(&self.ops, place, &self.values, &mut leaves);
+        leaves
+    }
+
+    /// An operation as an expression.
+    fn expression(&self, place: usize) -> Origin {
+        Origin {
+            text: shortened(&self.ops, place, self.name),
+            value: self.values[place],
+            leaves: self.leaves(place),
+        }
+    }
 }
 
 /// The origin of the first result of a segment that is not finite. If all results are finite, that of the
@@ -47,14 +97,15 @@ pub(crate) fn origin(
     leaf: &dyn Fn(Leaf) -> f64,
     name: &dyn Fn(Leaf) -> String,
 ) -> Option<Origin> {
-    let (ops, values, results) = evaluated(source, segment, leaf)?;
+    let all = Evaluated::new(source, segment, leaf, name)?;
+    let (ops, values) = (&all.ops, &all.values);
     let wrong = |place: &usize| !values[*place].is_finite();
-    let mut place = match results.iter().copied().find(wrong) {
+    let mut place = match all.results.iter().copied().find(wrong) {
         Some(result) => result,
-        None => needed(&ops, &results, &values).into_iter().find(wrong)?,
+        None => all.needed().find(wrong)?,
     };
     // back to the first operation that is not finite
-    while let Some(before) = read(&ops[place], &values).find(|&part| !values[part].is_finite()) {
+    while let Some(before) = read(&ops[place], values).find(|&part| !values[part].is_finite()) {
         place = before;
     }
     if matches!(ops[place], Op::Leaf(_) | Op::Number(_) | Op::Stored(..)) {
@@ -66,13 +117,7 @@ pub(crate) fn origin(
     {
         place = divisor;
     }
-    let mut leaves = Vec::new();
-    collect(&ops, place, &values, &mut leaves);
-    Some(Origin {
-        text: shortened(&ops, place, name),
-        value: values[place],
-        leaves,
-    })
+    Some(all.expression(place))
 }
 
 /// The first expression in a segment that has a value and no derivative, such as the root of zero, and whose
@@ -83,8 +128,9 @@ pub(crate) fn without_derivative(
     leaf: &dyn Fn(Leaf) -> f64,
     name: &dyn Fn(Leaf) -> String,
 ) -> Option<Origin> {
-    let (ops, values, results) = evaluated(source, segment, leaf)?;
-    let has_none = |place: &usize| match ops[*place] {
+    let all = Evaluated::new(source, segment, leaf, name)?;
+    let values = &all.values;
+    let has_none = |place: usize| match all.ops[place] {
         Op::Function(Function::Sqrt | Function::Cbrt, a) => values[a] == 0.0,
         Op::Function(Function::Asin | Function::Acos, a) => values[a].abs() >= 1.0,
         Op::Binary(Binary::Powf, [a, b]) => {
@@ -92,23 +138,9 @@ pub(crate) fn without_derivative(
         }
         _ => false,
     };
-    let of = |place: usize| {
-        let mut leaves = Vec::new();
-        collect(&ops, place, &values, &mut leaves);
-        leaves
-    };
-    let moves = |place: &usize| {
-        of(*place)
-            .iter()
-            .any(|(leaf, _)| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T))
-    };
-    let place =
-        (needed(&ops, &results, &values).into_iter()).find(|place| has_none(place) && moves(place))?;
-    Some(Origin {
-        text: shortened(&ops, place, name),
-        value: values[place],
-        leaves: of(place),
-    })
+    let moves = |&(leaf, _): &(Leaf, f64)| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T);
+    let place = (all.needed()).find(|&place| has_none(place) && all.leaves(place).iter().any(moves))?;
+    Some(all.expression(place))
 }
 
 /// A result of a segment, by its number.
@@ -118,15 +150,8 @@ pub(crate) fn result(
     leaf: &dyn Fn(Leaf) -> f64,
     name: &dyn Fn(Leaf) -> String,
 ) -> Option<Origin> {
-    let (ops, values, results) = evaluated(source, segment, leaf)?;
-    let place = *results.get(number)?;
-    let mut leaves = Vec::new();
-    collect(&ops, place, &values, &mut leaves);
-    Some(Origin {
-        text: shortened(&ops, place, name),
-        value: values[place],
-        leaves,
-    })
+    let all = Evaluated::new(source, segment, leaf, name)?;
+    Some(all.expression(*all.results.get(number)?))
 }
 
 /// The first exponential in a segment above a size, finite itself. `None` if there is none.
@@ -137,25 +162,20 @@ pub(crate) fn large(
     leaf: &dyn Fn(Leaf) -> f64,
     name: &dyn Fn(Leaf) -> String,
 ) -> Option<Origin> {
-    let (ops, values, results) = evaluated(source, segment, leaf)?;
-    let is_large = |place: &usize| {
+    let all = Evaluated::new(source, segment, leaf, name)?;
+    let is_large = |&place: &usize| {
+        let value = all.values[place];
         let grows = matches!(
-            ops[*place],
+            all.ops[place],
             Op::Function(
                 Function::Exp | Function::ExpM1 | Function::Sinh | Function::Cosh,
                 _
             )
         );
-        grows && values[*place].is_finite() && values[*place].abs() > size
+        grows && value.is_finite() && value.abs() > size
     };
-    let place = needed(&ops, &results, &values).into_iter().find(is_large)?;
-    let mut leaves = Vec::new();
-    collect(&ops, place, &values, &mut leaves);
-    Some(Origin {
-        text: shortened(&ops, place, name),
-        value: values[place],
-        leaves,
-    })
+    let place = all.needed().find(is_large)?;
+    Some(all.expression(place))
 }
 
 /// The arguments of sines, cosines and tangents in a segment that differ by more than `least` between two sets of leaves, with the difference as
@@ -167,29 +187,25 @@ pub(crate) fn turning(
     [from, to]: [&dyn Fn(Leaf) -> f64; 2],
     name: &dyn Fn(Leaf) -> String,
 ) -> Vec<Origin> {
-    let Some((ops, before, results)) = evaluated(source, segment, from) else {
+    let Some(after) = Evaluated::new(source, segment, to, name) else {
         return Vec::new();
     };
-    let after = values(&ops, source, to);
-    let argument = |place: &usize| match ops[*place] {
+    let before = values(&after.ops, source, from);
+    let arguments = after.needed().filter_map(|place| match after.ops[place] {
         Op::Function(Function::Sin | Function::Cos | Function::Tan, a) => Some(a),
         _ => None,
-    };
-    let turned = |place: usize| {
-        let turn = (after[place] - before[place]).abs();
-        let mut leaves = Vec::new();
-        if turn > least {
-            collect(&ops, place, &after, &mut leaves);
-        }
-        let depends_on_time = |(leaf, _): &(Leaf, f64)| matches!(leaf, Leaf::T | Leaf::Clock);
-        (turn > least && !leaves.iter().any(depends_on_time)).then(|| Origin {
-            text: shortened(&ops, place, name),
+    });
+    let depends_on_time = |&(leaf, _): &(Leaf, f64)| matches!(leaf, Leaf::T | Leaf::Clock);
+    let turned = arguments.filter_map(|place| {
+        let turn = (after.values[place] - before[place]).abs();
+        let all = (turn > least).then(|| after.expression(place));
+        all.map(|argument| Origin {
             value: turn,
-            leaves,
+            ..argument
         })
-    };
-    (needed(&ops, &results, &after).iter().filter_map(argument))
-        .filter_map(turned)
+    });
+    turned
+        .filter(|argument| !argument.leaves.iter().any(depends_on_time))
         .collect()
 }
 
@@ -198,22 +214,6 @@ fn shortened(ops: &[Op], place: usize, name: &dyn Fn(Leaf) -> String) -> String 
     let text = (1..=DEEP).rev().map(|deep| written(ops, place, deep, name).0);
     let short = text.clone().find(|text| text.chars().count() <= LONG);
     short.or_else(|| text.last()).unwrap_or_default()
-}
-
-/// The places that some results need, in order.
-fn needed(ops: &[Op], results: &[usize], values: &[f64]) -> Vec<usize> {
-    let mut is_needed = vec![false; ops.len()];
-    for &result in results {
-        is_needed[result] = true;
-    }
-    for place in (0..ops.len()).rev() {
-        if is_needed[place] {
-            for part in read(&ops[place], values) {
-                is_needed[part] = true;
-            }
-        }
-    }
-    (0..ops.len()).filter(|&place| is_needed[place]).collect()
 }
 
 /// The operands that determine a value: of a comparison, the compared ones and the selected one.
