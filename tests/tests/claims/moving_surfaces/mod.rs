@@ -373,6 +373,21 @@ fn largest(h: f64, ratio: f64, places: u32, errors: impl Fn(f64) -> [f64; 2]) ->
     })
 }
 
+/// The orders by ten steps of a scene, with the [`largest`] errors of `places` runs each; of four times as many where an order is below 1.9, so that the
+/// chance of the places does not decide.
+fn orders_at_places(
+    (steps, ratio): (&[f64], f64),
+    places: u32,
+    errors: impl Fn(f64) -> [f64; 2],
+) -> [f64; 2] {
+    let by = |places| orders_of(steps, |h| largest(h, ratio, places, &errors));
+    let orders = by(places);
+    if orders.iter().all(|order| *order >= 1.9) {
+        return orders;
+    }
+    by(4 * places)
+}
+
 /// Runs scenes: their order must be 2, and the counted steps must be those of the events.
 fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
     let mut random = Random::new(28);
@@ -413,9 +428,7 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
             );
             errors
         };
-        let orders = orders_of(&scene.steps(1.0, longest, ratio), |h| {
-            largest(h, ratio, places, errors)
-        });
+        let orders = orders_at_places((&scene.steps(1.0, longest, ratio), ratio), places, errors);
         let fits = orders.iter().all(|order| *order >= 1.9);
         // a loss of the order is reported at every step size
         assert!(
@@ -423,6 +436,7 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
             "{done}: {orders:?} {:?}",
             scene.motion.events
         );
+        println!("{done}: {orders:.3?}");
         low += usize::from(!fits);
         // a change of direction is of first order where the surface does not move
         let may_cost = scene.has_event(Kind::Crossing) && orders.iter().all(|order| *order >= 0.9);
@@ -478,9 +492,7 @@ fn a_change_of_direction_on_a_moving_surface_costs_no_order() {
             errors
         };
         let ratio = 1.37_f64;
-        let orders = orders_of(&scene.steps(1.0, 0.02, ratio), |h| {
-            largest(h, ratio, places, errors)
-        });
+        let orders = orders_at_places((&scene.steps(1.0, 0.02, ratio), ratio), places, errors);
         println!("{done}: {orders:.3?} {:?}", scene.motion.events);
         low += usize::from(!orders.iter().all(|order| *order >= 1.9));
         for (least, order) in least.iter_mut().zip(orders) {
