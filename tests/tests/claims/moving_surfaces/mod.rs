@@ -436,13 +436,10 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
             "{done}: {orders:?} {:?}",
             scene.motion.events
         );
-        println!("{done}: {orders:.3?}");
+        println!("{done}: {orders:.3?} {:?}", scene.motion.events);
         low += usize::from(!fits);
         // a change of direction is of first order where the surface does not move
         let may_cost = scene.has_event(Kind::Crossing) && orders.iter().all(|order| *order >= 0.9);
-        if !fits {
-            println!("{done}: {orders:.3?} {:?}", scene.motion.events);
-        }
         bad += usize::from(!fits && !may_cost);
         for (least, order) in least.iter_mut().zip(orders) {
             *least = least.min(order);
